@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
+
+from . import _myxo
 
 Point = dict[str, Any]
 
@@ -24,7 +27,7 @@ def sample(
     ranges: Mapping[str, Sequence[float]], count: int, *, method: str = "latin", seed: int = 0
 ) -> list[Point]:
     """`count` points within ranges `(low, high)`, by a Latin hypercube (`latin`), Sobol's sequence (`sobol`) or at random (`random`);
-    the same for the same seed. Latin and Sobol use SciPy.
+    the same for the same seed. Parameters of whole numbers get whole numbers, both limits among them. Latin and Sobol use SciPy.
     """
     import numpy as np
 
@@ -42,7 +45,15 @@ def sample(
         shares = kind(len(ranges), seed=seed).random(count)
     else:
         raise ValueError(f"there is no way of sampling `{method}`: latin, sobol or random")
-    return [
-        {key: float(low + share * (high - low)) for (key, (low, high)), share in zip(ranges.items(), row)}
-        for row in shares
-    ]
+    return [{key: _within(key, limits, share) for (key, limits), share in zip(ranges.items(), row)} for row in shares]
+
+
+def _within(key: str, limits: Sequence[float], share: float) -> float:
+    """The value of a parameter at a share of its range, from 0 to below 1. Each whole number has the same part of that."""
+    low, high = limits
+    if not _myxo.is_whole(key):
+        return float(low + share * (high - low))
+    low, high = math.ceil(low), math.floor(high)
+    if low > high:
+        raise ValueError(f"the range of `{key}` has no whole number")
+    return min(high, low + int(share * (high - low + 1)))

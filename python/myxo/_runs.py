@@ -48,7 +48,10 @@ def do(job: Mapping[str, Any]) -> Result:
             row["device"] = sim.device
             for name in job["fields"]:
                 fields[name] = getattr(sim, name)
+            taken = {"run", "seed", "seconds", "error", "key", *row, *job["point"], *fields}
             for name, value in found.items():
+                if name in taken:
+                    raise ValueError(f"the run returns `{name}`, which the table has already: give it another name")
                 if hasattr(value, "ndim") and value.ndim > 0:
                     fields[name] = value
                 else:

@@ -16,7 +16,7 @@ from ._scene import Scene, source, with_files
 
 PARTICLE = np.dtype(
     [
-        ("position", "<f4", 3),
+        ("position", "<f8", 3),
         ("heading", "<f4", 3),
         ("texel", "<f4", 2),
         ("uv", "<f4", 2),
@@ -24,13 +24,14 @@ PARTICLE = np.dtype(
         ("object", "<i4"),
         ("pending", "<f4"),
         ("fed", "<i4"),
-    ]
+    ],
+    align=True,
 )
 """A row of `Simulation.particles`.
 
 `position` in world units, `heading` a unit vector in the world, `texel` column and row in the texture, `uv` the weights of the
 triangle's corners 1 and 2, `triangle` and `object` counted from 0, `pending` world units of the walk that are left for the next
-step, `fed` steps for which the particle has eaten.
+step, `fed` steps for which the particle is still fed; 0 if it is hungry.
 """
 
 
@@ -226,7 +227,7 @@ class Simulation:
         return self._engine.texel_triangles()
 
     @property
-    def texel_position(self) -> NDArray[np.float32]:
+    def texel_position(self) -> NDArray[np.float64]:
         """The place of each texel in world units, (texels, texels, 3); not a number where there is none."""
         return self._engine.texel_positions()
 
@@ -379,8 +380,9 @@ class Object:
         self._engine.set_pose(self.number, matrix)
 
     @property
-    def mesh(self) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Vertices (n, 3) in scaled object coordinates, and faces (m, 3), as the simulation has them: joined and repaired."""
+    def mesh(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """Vertices (n, 3) in scaled object coordinates, which `pose` takes to the world, and faces (m, 3), as the simulation has them:
+        joined and repaired."""
         vertices, faces, ranges = self._engine.surface()
         first, end = ranges[self.number]
         own = (faces[:, 0] >= first) & (faces[:, 0] < end)

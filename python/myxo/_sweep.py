@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import concurrent.futures
+import functools
 import hashlib
 import inspect
 import io
@@ -291,10 +292,12 @@ def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     return {
         "scene": _myxo.identity(source(study["scene"], study["preset"], settings)),
         "steps": None if run else study["steps"],
-        "preset": study["preset"],
+        # Studies are the same wherever their files lie. What a preset says is in the identity of the scene.
+        "preset": Path(study["preset"]).name if study["preset"] else None,
         "settings": {key: _content(value) for key, value in settings.items()},
         "run": _name_of(run),
         "version": _myxo.version,
+        "arithmetic": _myxo.arithmetic,
     }
 
 
@@ -306,7 +309,12 @@ def _content(value: Any) -> Any:
 def _name_of(run: _runs.Run | None) -> str | None:
     if run is None:
         return None
-    name = f"{run.__module__}.{run.__qualname__}" if hasattr(run, "__qualname__") else repr(type(run))
+    if isinstance(run, functools.partial):
+        bound = _plain([run.args, run.keywords])
+        return f"{_name_of(run.func)} with {hashlib.sha256(bound.encode()).hexdigest()[:12]}"
+    if not hasattr(run, "__qualname__"):
+        raise TypeError(f"run is a function of a module, or functools.partial of one, not a {type(run).__name__}")
+    name = f"{run.__module__}.{run.__qualname__}"
     try:
         source = inspect.getsource(run)
     except (OSError, TypeError):

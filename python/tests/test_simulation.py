@@ -37,6 +37,37 @@ def test_pictures_have_the_size_and_the_view_that_are_asked_for(torus):
     assert (turned != image).any()
 
 
+def test_distances_are_shown_once_a_step_has_taken_them():
+    settings = {**SMALL, "transfer.threshold": 0.01}
+    with myxo.Simulation("trio", seed=7, settings=settings) as sim:
+        for view in ("distance", "nearest"):
+            with pytest.raises(ValueError, match="call step\\(\\) first"):
+                sim.render(40, 30, view=view)
+        sim.step()
+        assert (sim.render(40, 30, view="distance") != sim.render(40, 30)).any()
+
+
+def test_places_keep_their_digits_far_from_the_origin():
+    """Near and far the same walk, on a mesh whose file has map coordinates and on an object that is put far away."""
+    vertices, faces = tetrahedron()
+    far = np.array([5_000_000.0, 3_000_000.0, 0.0])
+    def grown(offset, position):
+        scene = myxo.Scene(SMALL)
+        scene.add("land", (vertices + offset, faces), position=list(position))
+        with myxo.Simulation(scene, seed=7) as sim:
+            sim.step(5)
+            mesh, _ = sim.objects["land"].mesh
+            pose = sim.objects["land"].pose
+            world = mesh @ pose[:3, :3].T + pose[:3, 3]
+            owned = sim.texel_object >= 0
+            return sim.particles["position"], world, sim.texel_position[owned]
+    near = grown(np.zeros(3), np.zeros(3))
+    for offset, position in ((far, np.zeros(3)), (np.zeros(3), far)):
+        for found, known in zip(grown(offset, position), near):
+            assert found.dtype == np.float64
+            assert np.abs(found - far - known).max() < 1e-5
+
+
 def test_populations_have_rows_for_the_living():
     settings = {**SMALL, "particles.count": 300, "population.frequency": 1, "population.capacity": 2500}
     with myxo.Simulation("sphere", seed=7, settings=settings) as sim:
@@ -147,6 +178,14 @@ def test_parameters_of_every_list_are_read_and_changed():
         for key in ("pulse.2.speed", "pulse.0.sped"):
             with pytest.raises(KeyError, match=key):
                 sim[key] = 0.01
+
+
+def test_texts_stay_texts_whatever_they_look_like():
+    scene = {"object": [{"mesh": "builtin:cube", "name": name} for name in ("1", "true")], "food": [{"object": "1"}]}
+    with myxo.Simulation(scene, settings=SMALL) as sim:
+        assert sim["food.0.object"] == "1"
+        sim["food.0.object"] = "true"
+        assert sim["food.0.object"] == "true"
 
 
 def test_a_picture_that_is_too_large_says_what_to_do(torus):

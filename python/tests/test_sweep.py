@@ -1,6 +1,7 @@
 """Sweeps: the same table by any executor, whatever dies on the way."""
 
 import concurrent.futures
+import functools
 import json
 import os
 import pickle
@@ -28,6 +29,22 @@ def beginning(sim, point):
         raise RuntimeError("no such decay here")
     sim.step(2)
     return {"twice": 2 * point["trail.decay"], "fine": np.bool_(True), "mine": np.arange(3)}
+
+
+def scaled(sim, point, factor):
+    return {"scaled": factor * point["trail.decay"]}
+
+
+class Scaled:
+    """No function."""
+
+    def __call__(self, sim, point):
+        return {}
+
+
+def names(sim, point, name):
+    """Returns one number by a name."""
+    return {name: 7.0}
 
 
 def dies_once(sim, point):
@@ -195,6 +212,11 @@ def test_samples_lie_in_their_ranges_and_repeat():
             if method != "random":
                 # One in each sixteenth.
                 assert [int(16 * (value - low) / (high - low)) for value in values] == list(range(16))
+        counts = [point["particles.count"] for point in myxo.sample({"particles.count": (4.5, 8)}, 32, method=method)]
+        assert {type(count) for count in counts} == {int}
+        assert set(counts) == {5, 6, 7, 8}, method
+    with pytest.raises(ValueError, match="no whole number"):
+        myxo.sample({"particles.count": (4.2, 4.8)}, 4)
 
 
 def test_a_study_file_says_the_same(whole, tmp_path):
@@ -477,6 +499,37 @@ def test_a_study_that_changes_is_another_one(tmp_path):
         myxo.sweep({"trail.decay": [0.9, 0.9]}, out=tmp_path / "b", **STUDY)
     with pytest.raises(KeyError, match="use `seeds`"):
         myxo.sweep({"seed": [1, 2]}, out=tmp_path / "b", **STUDY)
+
+
+def test_what_is_bound_to_a_run_is_a_part_of_the_study(tmp_path):
+    point = {"trail.decay": [0.9]}
+    half, third = (functools.partial(scaled, factor=factor) for factor in (0.5, 0.25))
+    first = myxo.sweep(point, half, out=tmp_path, **STUDY)
+    assert first["scaled"][0] == pytest.approx(0.45)
+    with pytest.raises(ValueError, match="another study: its run is"):
+        myxo.sweep(point, third, out=tmp_path, **STUDY)
+    with pytest.raises(TypeError, match="not a Scaled"):
+        myxo.sweep(point, Scaled(), out=tmp_path, **STUDY)
+
+
+def test_results_do_not_replace_columns_of_the_table(tmp_path):
+    for name in ("error", "seconds", "seed", "trail.decay", "length"):
+        run = functools.partial(names, name=name)
+        table = myxo.sweep({"trail.decay": [0.9]}, run, out=tmp_path / name, **STUDY)
+        assert f"`{name}`, which the table has already" in table["error"][0]
+        assert table["seed"][0] == 0 and table["trail.decay"][0] == 0.9
+
+
+def test_a_study_is_the_same_from_another_folder(tmp_path, monkeypatch):
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "inner" / "look.toml").write_text("[trail]\ndecay = 0.91\n")
+    study = {**STUDY, "out": tmp_path / "out"}
+    monkeypatch.chdir(tmp_path)
+    one = myxo.sweep({"physarum.speed": [0.004]}, preset="inner/look.toml", **study)
+    monkeypatch.chdir(tmp_path / "inner")
+    other = myxo.sweep({"physarum.speed": [0.004]}, preset="look.toml", **study)
+    assert hashes(one) == hashes(other)
+    assert list(one["key"]) == list(other["key"])
 
 
 def test_a_file_that_a_point_names_is_a_part_of_its_runs(tmp_path):

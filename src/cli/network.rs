@@ -9,8 +9,10 @@ use myxo::plain_text::{Shown as _, counted, escaped};
 use myxo::render::offscreen::{self, Offscreen, too_large};
 use myxo::render::output::write_png;
 use myxo::render::{Renderer, View, draw_network};
+use myxo::scene::Scene;
 use myxo::sim::Snapshot;
 use myxo::sim::graph::{Graph, Measures, network_of};
+use myxo::sweep::{Unseen, unseen};
 use myxo::{Error, Result};
 use serde_json::json;
 
@@ -75,19 +77,9 @@ impl Command for Network {
             .map(|path| format_of(path))
             .collect::<Result<_>>()?;
         let scene = self.common.load(self.scene.as_deref())?;
-        let show = scene.settings.picture.show;
         let is_drawn = formats.iter().any(Option::is_none);
-        if let Some(why) = show.why_not(&scene.settings).filter(|_| is_drawn) {
-            return Err(Error::Invalid(format!(
-                "the view {} cannot be shown: {why}: use --set picture.show=surface",
-                show.word()
-            )));
-        }
-        if is_drawn && show.is_flat() {
-            return Err(Error::Invalid(format!(
-                "a network is not drawn over the view {}, which is flat: use --set picture.show=surface",
-                show.word()
-            )));
+        if is_drawn {
+            check_view(&scene, self.steps)?;
         }
         interrupt::install()?;
         let sinks: Vec<Sink> = (self.out.iter())
@@ -100,24 +92,7 @@ impl Command for Network {
         self.common.check_outputs(files())?;
         // Before the steps, so that a size that is too large is refused at once.
         let painter = (is_drawn.then(|| Painter::new(&session, self.size))).transpose()?;
-        let mut series = Vec::new();
-        let mut completed = true;
-        for done in 1..=self.steps {
-            if interrupt::requested() {
-                completed = false;
-                break;
-            }
-            session.step()?;
-            session.forget_first(self.steps)?;
-            let step = session.simulation.step();
-            let is_due = |every: u32| step.is_multiple_of(u64::from(every));
-            if done < self.steps && self.network_every.is_some_and(is_due) {
-                let snapshot = session.snapshot()?;
-                session.progress.doing("following the network");
-                series.push((step, found(&session, &snapshot).1));
-                session.progress.doing_steps();
-            }
-        }
+        let (mut series, completed) = self.run_steps(&mut session)?;
         let ending = session.finish()?;
         session.progress.doing("following the network");
         let (graph, measures) = found(&session, &ending.snapshot);
@@ -161,6 +136,52 @@ impl Command for Network {
             (false, true) => Outcome::Done,
         })
     }
+}
+
+impl Network {
+    /// Runs the steps until Ctrl-C. Returns the measures of the graph along the way, each with its step, and whether all steps were done.
+    fn run_steps(&self, session: &mut Session) -> Result<(Vec<(u64, Measures)>, bool)> {
+        let mut series = Vec::new();
+        for done in 1..=self.steps {
+            if interrupt::requested() {
+                return Ok((series, false));
+            }
+            session.step()?;
+            session.forget_first(self.steps)?;
+            let step = session.simulation.step();
+            let is_due = |every: u32| step.is_multiple_of(u64::from(every));
+            if done < self.steps && self.network_every.is_some_and(is_due) {
+                let snapshot = session.snapshot()?;
+                session.progress.doing("following the network");
+                series.push((step, found(session, &snapshot).1));
+                session.progress.doing_steps();
+            }
+        }
+        Ok((series, true))
+    }
+}
+
+/// Refuses a view that a graph cannot be drawn over.
+fn check_view(scene: &Scene, steps: u32) -> Result<()> {
+    let show = scene.settings.picture.show;
+    let why = match unseen(scene, u64::from(steps)) {
+        Some(Unseen::Lacks(why)) => Some(why),
+        Some(Unseen::BeforeSteps) => Some("distances are taken by a step, and there is none"),
+        None => None,
+    };
+    if let Some(why) = why {
+        return Err(Error::Invalid(format!(
+            "the view {} cannot be shown: {why}: use --set picture.show=surface",
+            show.word()
+        )));
+    }
+    if show.is_flat() {
+        return Err(Error::Invalid(format!(
+            "a network is not drawn over the view {}, which is flat: use --set picture.show=surface",
+            show.word()
+        )));
+    }
+    Ok(())
 }
 
 /// The graph of a state, and its measures.

@@ -122,17 +122,7 @@ impl<D: Draw> RasterPipeline<D> {
             return Err(no_rendering(ctx, D::NAME));
         }
         if D::DEBUG_BINDING.is_some() {
-            let features = &ctx.device.features;
-            if features.vertex_pipeline_stores_and_atomics & features.fragment_stores_and_atomics
-                == vk::FALSE
-            {
-                return Err(GpuError::Unsupported {
-                    what: format!("debug_value in {}", D::NAME),
-                    missing: "atomics in vertex and fragment shaders".to_owned(),
-                    device: ctx.info().name.clone(),
-                });
-            }
-            ctx.draws_debug.store(true, Ordering::Relaxed);
+            admit_debug_values(ctx, D::NAME)?;
         }
         let paged = |module: Module| module.for_pages.filter(|_| tables == Tables::InPages);
         let form = Form {
@@ -173,69 +163,7 @@ impl<D: Draw> RasterPipeline<D> {
             stage(vk::ShaderStageFlags::VERTEX, &vertex),
             stage(vk::ShaderStageFlags::FRAGMENT, &fragment),
         ];
-        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(match options.topology {
-                Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
-                Topology::TriangleStrip => vk::PrimitiveTopology::TRIANGLE_STRIP,
-                Topology::Lines => vk::PrimitiveTopology::LINE_LIST,
-                Topology::Points => vk::PrimitiveTopology::POINT_LIST,
-            });
-        let viewport = vk::PipelineViewportStateCreateInfo::default()
-            .viewport_count(1)
-            .scissor_count(1);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .polygon_mode(vk::PolygonMode::FILL)
-            .cull_mode(if options.cull_back_faces {
-                vk::CullModeFlags::BACK
-            } else {
-                vk::CullModeFlags::NONE
-            })
-            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
-            .line_width(1.0);
-        let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::from_raw(options.samples));
-        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(options.depth)
-            .depth_write_enable(options.depth && options.depth_write)
-            .depth_compare_op(match options.depth_test {
-                DepthTest::Greatest => vk::CompareOp::GREATER_OR_EQUAL,
-                DepthTest::Smallest => vk::CompareOp::LESS,
-            });
-        let attachments = [blend_state(options.blend)];
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
-        let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
-        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
-        let colors = [options.color.raw()];
-        let depth_format = if options.depth {
-            Format::Depth32.raw()
-        } else {
-            vk::Format::UNDEFINED
-        };
-        let mut rendering = vk::PipelineRenderingCreateInfo::default()
-            .color_attachment_formats(&colors)
-            .depth_attachment_format(depth_format);
-        let info = [vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
-            .vertex_input_state(&vertex_input)
-            .input_assembly_state(&assembly)
-            .viewport_state(&viewport)
-            .rasterization_state(&raster)
-            .multisample_state(&samples)
-            .depth_stencil_state(&depth)
-            .color_blend_state(&blend)
-            .dynamic_state(&dynamic)
-            .layout(core.layout)
-            .push_next(&mut rendering)];
-        // SAFETY: all that `info` points to is alive.
-        let made = unsafe {
-            ctx.device
-                .raw
-                .create_graphics_pipelines(ctx.pipeline_cache(), &info, None)
-        };
-        core.pipeline = made
-            .map_err(|(_, e)| e)
-            .check("vkCreateGraphicsPipelines", D::NAME)?[0];
+        core.pipeline = graphics_pipeline(ctx, D::NAME, &stages, core.layout, options)?;
         ctx.device.set_name(core.pipeline, D::NAME);
         Ok(Self {
             core: core.keep(key),
@@ -249,6 +177,107 @@ impl<D: Draw> RasterPipeline<D> {
     pub fn options(&self) -> &RasterOptions {
         &self.options
     }
+}
+
+/// Notes that a draw may write debug values; fails if the device cannot do that.
+fn admit_debug_values(ctx: &Context, name: &str) -> GpuResult<()> {
+    let features = &ctx.device.features;
+    if features.vertex_pipeline_stores_and_atomics & features.fragment_stores_and_atomics
+        == vk::FALSE
+    {
+        return Err(GpuError::Unsupported {
+            what: format!("debug_value in {name}"),
+            missing: "atomics in vertex and fragment shaders".to_owned(),
+            device: ctx.info().name.clone(),
+        });
+    }
+    ctx.draws_debug.store(true, Ordering::Relaxed);
+    Ok(())
+}
+
+/// Makes the Vulkan pipeline of these stages.
+fn graphics_pipeline(
+    ctx: &Context,
+    name: &str,
+    stages: &[vk::PipelineShaderStageCreateInfo<'_>],
+    layout: vk::PipelineLayout,
+    options: RasterOptions,
+) -> GpuResult<vk::Pipeline> {
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+    let assembly = assembly_state(options.topology);
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let raster = raster_state(options.cull_back_faces);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::from_raw(options.samples));
+    let depth = depth_state(options);
+    let attachments = [blend_state(options.blend)];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+    let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+    let colors = [options.color.raw()];
+    let depth_format = if options.depth {
+        Format::Depth32.raw()
+    } else {
+        vk::Format::UNDEFINED
+    };
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .color_attachment_formats(&colors)
+        .depth_attachment_format(depth_format);
+    let info = [vk::GraphicsPipelineCreateInfo::default()
+        .stages(stages)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering)];
+    // SAFETY: all that `info` points to is alive.
+    let made = unsafe {
+        ctx.device
+            .raw
+            .create_graphics_pipelines(ctx.pipeline_cache(), &info, None)
+    };
+    let made = made
+        .map_err(|(_, e)| e)
+        .check("vkCreateGraphicsPipelines", name)?;
+    Ok(made[0])
+}
+
+fn assembly_state(topology: Topology) -> vk::PipelineInputAssemblyStateCreateInfo<'static> {
+    vk::PipelineInputAssemblyStateCreateInfo::default().topology(match topology {
+        Topology::Triangles => vk::PrimitiveTopology::TRIANGLE_LIST,
+        Topology::TriangleStrip => vk::PrimitiveTopology::TRIANGLE_STRIP,
+        Topology::Lines => vk::PrimitiveTopology::LINE_LIST,
+        Topology::Points => vk::PrimitiveTopology::POINT_LIST,
+    })
+}
+
+fn raster_state(cull_back_faces: bool) -> vk::PipelineRasterizationStateCreateInfo<'static> {
+    vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(if cull_back_faces {
+            vk::CullModeFlags::BACK
+        } else {
+            vk::CullModeFlags::NONE
+        })
+        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+        .line_width(1.0)
+}
+
+fn depth_state(options: RasterOptions) -> vk::PipelineDepthStencilStateCreateInfo<'static> {
+    vk::PipelineDepthStencilStateCreateInfo::default()
+        .depth_test_enable(options.depth)
+        .depth_write_enable(options.depth && options.depth_write)
+        .depth_compare_op(match options.depth_test {
+            DepthTest::Greatest => vk::CompareOp::GREATER_OR_EQUAL,
+            DepthTest::Smallest => vk::CompareOp::LESS,
+        })
 }
 
 fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {

@@ -170,9 +170,7 @@ impl DeviceInfo {
     }
 
     pub(crate) fn has_extension(&self, name: &CStr) -> bool {
-        self.extensions
-            .iter()
-            .any(|e| e.as_bytes() == name.to_bytes())
+        has_extension(&self.extensions, name)
     }
 
     pub(crate) fn read(
@@ -180,121 +178,50 @@ impl DeviceInfo {
         index: usize,
         physical: vk::PhysicalDevice,
     ) -> GpuResult<Self> {
-        let mut driver = vk::PhysicalDeviceDriverProperties::default();
-        let mut maintenance = vk::PhysicalDeviceMaintenance3Properties::default();
-        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
-        let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
-        // SAFETY: `physical` is from this instance; so below.
-        let plain = unsafe { instance.get_physical_device_properties(physical) };
-        // SAFETY: as above.
-        let extensions: Vec<String> =
-            unsafe { instance.enumerate_device_extension_properties(physical) }
-                .check("vkEnumerateDeviceExtensionProperties", "a device")?
-                .iter()
-                .filter_map(|e| e.extension_name_as_c_str().ok())
-                .map(|name| name.to_string_lossy().into_owned())
-                .collect();
-        let has = |name: &CStr| extensions.iter().any(|e| e.as_bytes() == name.to_bytes());
-        let mut all = vk::PhysicalDeviceProperties2::default()
-            .push_next(&mut maintenance)
-            .push_next(&mut subgroup);
-        if plain.api_version >= vk::API_VERSION_1_2 {
-            all = all.push_next(&mut driver);
-        }
-        if has(khr::push_descriptor::NAME) {
-            all = all.push_next(&mut push);
-        }
-        // SAFETY: as above; the chain holds only structs of Vulkan 1.2 and of extensions that the device has.
-        unsafe { instance.get_physical_device_properties2(physical, &mut all) };
-        let properties = all.properties;
-        // SAFETY: as above.
-        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
-        let compute =
-            |flags: vk::QueueFlags| families.iter().position(|f| f.queue_flags.contains(flags));
-        let graphics_family = compute(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS);
-        let family = graphics_family.or_else(|| compute(vk::QueueFlags::COMPUTE));
-        // SAFETY: as above.
-        let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
-
-        let mut missing = Vec::new();
-        if properties.api_version < vk::API_VERSION_1_2 {
-            missing.push("Vulkan 1.2".to_owned());
-        }
-        if family.is_none() {
-            missing.push("a queue for compute".to_owned());
-        }
-        if !has(khr::push_descriptor::NAME) {
-            missing.push("VK_KHR_push_descriptor".to_owned());
-        }
-        let has_addresses = properties.api_version >= vk::API_VERSION_1_2 && {
-            let mut addresses = vk::PhysicalDeviceBufferDeviceAddressFeatures::default();
-            let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut addresses);
-            // SAFETY: as above.
-            unsafe { instance.get_physical_device_features2(physical, &mut all) };
-            addresses.buffer_device_address == vk::TRUE
-        };
-        let limits = properties.limits;
+        let properties = Properties::read(instance, physical)?;
+        let device = &properties.device;
+        let limits = &device.limits;
+        let graphics_family = properties.family(vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS);
+        let family = graphics_family.or_else(|| properties.family(vk::QueueFlags::COMPUTE));
         let mut info = Self {
             index,
-            name: text(properties.device_name_as_c_str()),
-            kind: match properties.device_type {
-                vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
-                vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
-                vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
-                vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
-                _ => DeviceKind::Other,
-            },
-            driver: text(driver.driver_name_as_c_str()),
-            driver_version: text(driver.driver_info_as_c_str()),
-            api_version: version_text(properties.api_version),
-            cache_key: properties
-                .pipeline_cache_uuid
-                .iter()
-                .fold(String::new(), |key, byte| key + &format!("{byte:02x}"))
-                + &format!(
-                    "-{:x}-{:x}-{:x}",
-                    properties.vendor_id, properties.device_id, properties.driver_version
-                ),
+            name: text(device.device_name_as_c_str()),
+            kind: kind_of(device.device_type),
+            driver: text(properties.driver.driver_name_as_c_str()),
+            driver_version: text(properties.driver.driver_info_as_c_str()),
+            api_version: version_text(device.api_version),
+            cache_key: cache_key(device),
             timestamp_period: limits.timestamp_period,
-            timestamp_valid_bits: family.map_or(0, |i| families[i].timestamp_valid_bits),
+            timestamp_valid_bits: family.map_or(0, |i| properties.families[i].timestamp_valid_bits),
             max_storage_buffer_range: u64::from(limits.max_storage_buffer_range),
             max_texel_buffer_elements: limits.max_texel_buffer_elements,
-            max_memory_allocation_size: maintenance.max_memory_allocation_size,
+            max_memory_allocation_size: properties.maintenance.max_memory_allocation_size,
             max_group_count: limits.max_compute_work_group_count[0],
             max_group_invocations: limits.max_compute_work_group_invocations,
             max_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
             max_storage_images: limits.max_per_stage_descriptor_storage_images,
             max_sampled_images: limits.max_per_stage_descriptor_sampled_images,
-            max_push_descriptors: push.max_push_descriptors,
+            max_push_descriptors: properties.push.max_push_descriptors,
             max_push_constants: limits.max_push_constants_size,
             max_image_side: limits.max_image_dimension2_d,
             max_samples: highest_samples(
                 limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts,
             ),
-            subgroup_size: subgroup.subgroup_size,
-            has_card_forms: limits.max_per_stage_descriptor_storage_buffers
-                >= push.max_push_descriptors
-                && subgroup
-                    .supported_stages
-                    .contains(vk::ShaderStageFlags::COMPUTE)
-                && subgroup
-                    .supported_operations
-                    .contains(vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT),
-            has_addresses,
+            subgroup_size: properties.subgroup.subgroup_size,
+            has_card_forms: properties.has_card_forms(),
+            has_addresses: properties.has_addresses,
             reads_blocks: false,
             has_pages: false,
-            heaps: memory.memory_heaps[..memory.memory_heap_count as usize]
-                .iter()
-                .map(|h| Heap {
-                    size: h.size,
-                    device_local: h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL),
-                })
-                .collect(),
+            heaps: properties.heaps(),
             has_graphics: graphics_family.is_some(),
-            has_dynamic_rendering: graphics_family.is_some() && has(khr::dynamic_rendering::NAME),
-            has_calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
-            missing,
-            extensions,
+            has_dynamic_rendering: graphics_family.is_some()
+                && has_extension(&properties.extensions, khr::dynamic_rendering::NAME),
+            has_calibrated_timestamps: has_extension(
+                &properties.extensions,
+                ext::calibrated_timestamps::NAME,
+            ),
+            missing: properties.missing(),
+            extensions: properties.extensions,
             queue_family: family.unwrap_or(0) as u32,
             physical,
         };
@@ -364,6 +291,143 @@ pub(crate) fn choose(devices: Vec<DeviceInfo>, asked: Option<&str>) -> GpuResult
 
 pub(super) fn text(name: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
     name.map_or(String::new(), |n| n.to_string_lossy().into_owned())
+}
+
+/// Properties of a device as the driver reports them. They were read in one chain, whose pointers must not be followed any more.
+struct Properties {
+    extensions: Vec<String>,
+    device: vk::PhysicalDeviceProperties,
+    driver: vk::PhysicalDeviceDriverProperties<'static>,
+    maintenance: vk::PhysicalDeviceMaintenance3Properties<'static>,
+    subgroup: vk::PhysicalDeviceSubgroupProperties<'static>,
+    push: vk::PhysicalDevicePushDescriptorPropertiesKHR<'static>,
+    families: Vec<vk::QueueFamilyProperties>,
+    memory: vk::PhysicalDeviceMemoryProperties,
+    has_addresses: bool,
+}
+
+impl Properties {
+    fn read(instance: &ash::Instance, physical: vk::PhysicalDevice) -> GpuResult<Self> {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut maintenance = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
+        // SAFETY: `physical` is from this instance; so below.
+        let plain = unsafe { instance.get_physical_device_properties(physical) };
+        // SAFETY: as above.
+        let extensions: Vec<String> =
+            unsafe { instance.enumerate_device_extension_properties(physical) }
+                .check("vkEnumerateDeviceExtensionProperties", "a device")?
+                .iter()
+                .filter_map(|e| e.extension_name_as_c_str().ok())
+                .map(|name| name.to_string_lossy().into_owned())
+                .collect();
+        let mut all = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut maintenance)
+            .push_next(&mut subgroup);
+        if plain.api_version >= vk::API_VERSION_1_2 {
+            all = all.push_next(&mut driver);
+        }
+        if has_extension(&extensions, khr::push_descriptor::NAME) {
+            all = all.push_next(&mut push);
+        }
+        // SAFETY: as above; the chain holds only structs of Vulkan 1.2 and of extensions that the device has.
+        unsafe { instance.get_physical_device_properties2(physical, &mut all) };
+        let device = all.properties;
+        // SAFETY: as above.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        // SAFETY: as above.
+        let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
+        let has_addresses = device.api_version >= vk::API_VERSION_1_2 && {
+            let mut addresses = vk::PhysicalDeviceBufferDeviceAddressFeatures::default();
+            let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut addresses);
+            // SAFETY: as above.
+            unsafe { instance.get_physical_device_features2(physical, &mut all) };
+            addresses.buffer_device_address == vk::TRUE
+        };
+        Ok(Self {
+            extensions,
+            device,
+            driver,
+            maintenance,
+            subgroup,
+            push,
+            families,
+            memory,
+            has_addresses,
+        })
+    }
+
+    /// The first queue family that can do all of this.
+    fn family(&self, flags: vk::QueueFlags) -> Option<usize> {
+        self.families
+            .iter()
+            .position(|f| f.queue_flags.contains(flags))
+    }
+
+    /// Features that the kernels need and the device lacks.
+    fn missing(&self) -> Vec<String> {
+        let mut missing = Vec::new();
+        if self.device.api_version < vk::API_VERSION_1_2 {
+            missing.push("Vulkan 1.2".to_owned());
+        }
+        if self.family(vk::QueueFlags::COMPUTE).is_none() {
+            missing.push("a queue for compute".to_owned());
+        }
+        if !has_extension(&self.extensions, khr::push_descriptor::NAME) {
+            missing.push("VK_KHR_push_descriptor".to_owned());
+        }
+        missing
+    }
+
+    /// Can kernels run in their form for graphics cards?
+    fn has_card_forms(&self) -> bool {
+        self.device.limits.max_per_stage_descriptor_storage_buffers
+            >= self.push.max_push_descriptors
+            && self
+                .subgroup
+                .supported_stages
+                .contains(vk::ShaderStageFlags::COMPUTE)
+            && self
+                .subgroup
+                .supported_operations
+                .contains(vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT)
+    }
+
+    fn heaps(&self) -> Vec<Heap> {
+        self.memory.memory_heaps[..self.memory.memory_heap_count as usize]
+            .iter()
+            .map(|h| Heap {
+                size: h.size,
+                device_local: h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL),
+            })
+            .collect()
+    }
+}
+
+fn has_extension(extensions: &[String], name: &CStr) -> bool {
+    extensions.iter().any(|e| e.as_bytes() == name.to_bytes())
+}
+
+fn kind_of(device_type: vk::PhysicalDeviceType) -> DeviceKind {
+    match device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+        vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+        _ => DeviceKind::Other,
+    }
+}
+
+fn cache_key(device: &vk::PhysicalDeviceProperties) -> String {
+    device
+        .pipeline_cache_uuid
+        .iter()
+        .fold(String::new(), |key, byte| key + &format!("{byte:02x}"))
+        + &format!(
+            "-{:x}-{:x}-{:x}",
+            device.vendor_id, device.device_id, device.driver_version
+        )
 }
 
 fn highest_samples(counts: vk::SampleCountFlags) -> u32 {

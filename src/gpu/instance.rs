@@ -1,11 +1,12 @@
 //! The Vulkan instance: loader, layers, extensions, and the messenger that collects validation messages.
 
 use std::borrow::Cow;
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use ash::{ext, vk};
+use raw_window_handle::RawDisplayHandle;
 
 use super::error::{Check, GpuError, GpuResult};
 use super::manifests;
@@ -78,18 +79,7 @@ pub(crate) struct Instance {
 
 impl Instance {
     pub(crate) fn new(options: &ContextOptions) -> GpuResult<Self> {
-        // SAFETY: the loader is a Vulkan loader; nothing of it is used after `entry` is gone.
-        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoVulkan {
-            reason: e.to_string(),
-        })?;
-        // SAFETY: no preconditions.
-        let version = unsafe { entry.try_enumerate_instance_version() }
-            .check("vkEnumerateInstanceVersion", "the loader")?;
-        if version.is_some_and(|v| v < vk::API_VERSION_1_2) || version.is_none() {
-            return Err(GpuError::NoVulkan {
-                reason: "the loader is older than Vulkan 1.2".to_owned(),
-            });
-        }
+        let entry = load()?;
         // SAFETY: no preconditions.
         let available = unsafe { entry.enumerate_instance_extension_properties(None) }
             .map_err(loader_failed("vkEnumerateInstanceExtensionProperties"))?;
@@ -101,15 +91,7 @@ impl Instance {
 
         let mut layers = Vec::new();
         if options.validation {
-            // SAFETY: no preconditions.
-            let installed = unsafe { entry.enumerate_instance_layer_properties() }
-                .map_err(loader_failed("vkEnumerateInstanceLayerProperties"))?;
-            if !installed
-                .iter()
-                .any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
-            {
-                return Err(GpuError::NoValidation);
-            }
+            require_validation_layer(&entry)?;
             layers.push(VALIDATION_LAYER.as_ptr());
         }
         // The layer brings debug_utils and validation_features even where the loader has neither.
@@ -127,43 +109,14 @@ impl Instance {
             flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
         }
         if let Some(window) = options.window {
-            let needed = ash_window::enumerate_required_extensions(window)
-                .check("vkEnumerateInstanceExtensionProperties", "the window")?;
-            for &name in needed {
-                // SAFETY: ash-window returns static strings.
-                let name = unsafe { CStr::from_ptr(name) };
-                if !has(name) {
-                    let reason = format!(
-                        "the loader has no {}, which a window needs",
-                        name.to_string_lossy()
-                    );
-                    return Err(GpuError::NoVulkan { reason });
-                }
-                extensions.push(name.as_ptr());
-            }
+            extensions.extend_from_slice(window_extensions(window, has)?);
         }
 
-        let application = vk::ApplicationInfo::default()
-            .application_name(c"myxo")
-            .api_version(vk::API_VERSION_1_2);
-        let features = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        let mut validation =
-            vk::ValidationFeaturesEXT::default().enabled_validation_features(&features);
-        let mut info = vk::InstanceCreateInfo::default()
-            .application_info(&application)
+        let info = vk::InstanceCreateInfo::default()
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions)
             .flags(flags);
-        if options.validation {
-            info = info.push_next(&mut validation);
-        }
-        // SAFETY: every pointer in `info` outlives the call.
-        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoVulkan {
-                reason: no_driver(),
-            },
-            source => loader_failed("vkCreateInstance")(source),
-        })?;
+        let raw = create(&entry, info, options.validation)?;
         let mut instance = Self {
             messenger: None,
             messages: Arc::default(),
@@ -221,6 +174,83 @@ impl Drop for Instance {
             unsafe { self.raw.destroy_instance(None) };
         }
     }
+}
+
+/// The loader, which must not be older than Vulkan 1.2.
+fn load() -> GpuResult<ash::Entry> {
+    // SAFETY: the loader is a Vulkan loader; nothing of it is used after `entry` is gone.
+    let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoVulkan {
+        reason: e.to_string(),
+    })?;
+    // SAFETY: no preconditions.
+    let version = unsafe { entry.try_enumerate_instance_version() }
+        .check("vkEnumerateInstanceVersion", "the loader")?;
+    if version.is_some_and(|v| v < vk::API_VERSION_1_2) || version.is_none() {
+        return Err(GpuError::NoVulkan {
+            reason: "the loader is older than Vulkan 1.2".to_owned(),
+        });
+    }
+    Ok(entry)
+}
+
+/// Fails if the validation layer is not installed.
+fn require_validation_layer(entry: &ash::Entry) -> GpuResult<()> {
+    // SAFETY: no preconditions.
+    let installed = unsafe { entry.enumerate_instance_layer_properties() }
+        .map_err(loader_failed("vkEnumerateInstanceLayerProperties"))?;
+    if !installed
+        .iter()
+        .any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
+    {
+        return Err(GpuError::NoValidation);
+    }
+    Ok(())
+}
+
+/// The extensions that a window needs, if the loader `has` each of them.
+fn window_extensions(
+    window: RawDisplayHandle,
+    has: impl Fn(&CStr) -> bool,
+) -> GpuResult<&'static [*const c_char]> {
+    let needed = ash_window::enumerate_required_extensions(window)
+        .check("vkEnumerateInstanceExtensionProperties", "the window")?;
+    for &name in needed {
+        // SAFETY: ash-window returns static strings.
+        let name = unsafe { CStr::from_ptr(name) };
+        if !has(name) {
+            let reason = format!(
+                "the loader has no {}, which a window needs",
+                name.to_string_lossy()
+            );
+            return Err(GpuError::NoVulkan { reason });
+        }
+    }
+    Ok(needed)
+}
+
+/// Creates an instance with the layers and extensions of `info`, and with synchronization validation if it `validates`.
+fn create(
+    entry: &ash::Entry,
+    info: vk::InstanceCreateInfo<'_>,
+    validates: bool,
+) -> GpuResult<ash::Instance> {
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"myxo")
+        .api_version(vk::API_VERSION_1_2);
+    let features = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut validation =
+        vk::ValidationFeaturesEXT::default().enabled_validation_features(&features);
+    let mut info = info.application_info(&application);
+    if validates {
+        info = info.push_next(&mut validation);
+    }
+    // SAFETY: every pointer in `info` outlives the call.
+    unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoVulkan {
+            reason: no_driver(),
+        },
+        source => loader_failed("vkCreateInstance")(source),
+    })
 }
 
 /// Is this the first instance of the process? That one stays, and the loader with it, so that drivers are loaded only once: after they had

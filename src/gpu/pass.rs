@@ -6,7 +6,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use ash::vk;
+use ash::{khr, vk};
 
 use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
@@ -103,166 +103,6 @@ impl Recorder {
         self.pass_as(SpanKind::Kernel, name, targets, None, record)
     }
 
-    fn pass_as<R>(
-        &mut self,
-        kind: SpanKind,
-        name: &str,
-        targets: &Targets<'_>,
-        rows: Option<std::ops::Range<u32>>,
-        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
-    ) -> R {
-        let color = targets.color;
-        for other in targets.resolve.iter().chain(&targets.depth) {
-            assert!(
-                other.size() == color.size(),
-                "`{}` and `{}` differ in size",
-                other.name(),
-                color.name()
-            );
-        }
-        for image in targets.resolve.iter().chain(&targets.depth).chain([&color]) {
-            assert!(
-                Arc::ptr_eq(image.ctx(), self.ctx()),
-                "`{}` belongs to another context",
-                image.name()
-            );
-        }
-        let samples = targets.depth.map_or(color.samples(), Image::samples);
-        assert!(
-            samples == color.samples(),
-            "depth has {samples} samples, `{}` has others",
-            color.name()
-        );
-
-        let takes_place = match kind {
-            SpanKind::Kernel => self.admits_kernel(name, Vec::new()),
-            _ => !self.skips(),
-        };
-        if !takes_place {
-            return record(&mut PassRecorder {
-                format: color.format(),
-                samples,
-                depth: targets.depth.map(|_| targets.depth_test),
-                times_draws: false,
-                skips: true,
-                rec: self,
-            });
-        }
-
-        // Inside a pass there can be no breadcrumb, no entry of the debug list and no barrier.
-        self.settle_order();
-        if kind == SpanKind::Kernel {
-            self.separate_pass();
-        }
-        self.leave_crumb(name);
-        self.list_entry(|| Listed::Work(name.to_owned()));
-        if self.ctx().draws_debug.load(Ordering::Relaxed) {
-            self.announce_debug(name);
-        }
-        self.begin_span(name, kind);
-        let keeps = rows.is_some();
-        let keeps_color = keeps || targets.clear.is_none();
-        self.transition(color, ImageState::COLOR_TARGET, keeps_color);
-        if let Some(resolve) = targets.resolve {
-            self.transition(resolve, ImageState::COLOR_TARGET, keeps);
-        }
-        if let Some(depth) = targets.depth {
-            self.transition(depth, ImageState::DEPTH_TARGET, false);
-        }
-        let mut attachment = vk::RenderingAttachmentInfo::default()
-            .image_view(color.view())
-            .image_layout(ImageState::COLOR_TARGET.layout)
-            .load_op(if targets.clear.is_some() {
-                vk::AttachmentLoadOp::CLEAR
-            } else {
-                vk::AttachmentLoadOp::LOAD
-            })
-            .store_op(vk::AttachmentStoreOp::STORE)
-            .clear_value(vk::ClearValue {
-                color: vk::ClearColorValue {
-                    float32: targets.clear.unwrap_or_default(),
-                },
-            });
-        if let Some(resolve) = targets.resolve {
-            attachment = attachment
-                .resolve_mode(vk::ResolveModeFlags::AVERAGE)
-                .resolve_image_view(resolve.view())
-                .resolve_image_layout(ImageState::COLOR_TARGET.layout);
-        }
-        let attachments = [attachment];
-        let [width, height] = color.size();
-        let rows = rows.unwrap_or(0..height);
-        let area = vk::Rect2D {
-            offset: vk::Offset2D {
-                x: 0,
-                y: rows.start as i32,
-            },
-            extent: vk::Extent2D {
-                width,
-                height: rows.len() as u32,
-            },
-        };
-        let mut rendering = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&attachments);
-        let depth_attachment;
-        if let Some(depth) = targets.depth {
-            depth_attachment = vk::RenderingAttachmentInfo::default()
-                .image_view(depth.view())
-                .image_layout(ImageState::DEPTH_TARGET.layout)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .store_op(vk::AttachmentStoreOp::DONT_CARE)
-                .clear_value(vk::ClearValue {
-                    depth_stencil: vk::ClearDepthStencilValue {
-                        depth: match targets.depth_test {
-                            DepthTest::Greatest => 0.0,
-                            DepthTest::Smallest => 1.0,
-                        },
-                        stencil: 0,
-                    },
-                });
-            rendering = rendering.depth_attachment(&depth_attachment);
-        }
-        let viewport = vk::Viewport {
-            x: 0.0,
-            y: 0.0,
-            width: width as f32,
-            height: height as f32,
-            min_depth: 0.0,
-            max_depth: 1.0,
-        };
-        let ctx = Arc::clone(self.ctx());
-        let loader = ctx
-            .device
-            .dynamic_rendering
-            .as_ref()
-            .unwrap_or_else(|| panic!("{}", no_rendering(&ctx, name)));
-        // SAFETY: the images are alive and freed only after this frame; their layouts were set above.
-        unsafe {
-            loader.cmd_begin_rendering(self.raw(), &rendering);
-            self.device().cmd_set_viewport(self.raw(), 0, &[viewport]);
-            self.device().cmd_set_scissor(self.raw(), 0, &[area]);
-        }
-        let format = color.format();
-        let depth = targets.depth.map(|_| targets.depth_test);
-        self.is_in_pass = true;
-        let result = record(&mut PassRecorder {
-            rec: self,
-            format,
-            samples,
-            depth,
-            times_draws: kind == SpanKind::Scope,
-            skips: false,
-        });
-        self.is_in_pass = false;
-        // SAFETY: begun above.
-        unsafe { loader.cmd_end_rendering(self.raw()) };
-        self.end_span();
-        self.ends_alone();
-        result
-    }
-
     /// Brings an image from its last state to `next`; its pixels may be lost unless `keep`.
     pub(crate) fn transition(&mut self, image: &Image, next: ImageState, keep: bool) {
         let (last, transition) = image.exchange_state(next, self.slices.count);
@@ -293,6 +133,129 @@ impl Recorder {
                 &[barrier],
             );
         }
+    }
+
+    fn pass_as<R>(
+        &mut self,
+        kind: SpanKind,
+        name: &str,
+        targets: &Targets<'_>,
+        rows: Option<std::ops::Range<u32>>,
+        record: impl FnOnce(&mut PassRecorder<'_>) -> R,
+    ) -> R {
+        targets.assert_fitting(self.ctx());
+        let takes_place = match kind {
+            SpanKind::Kernel => self.admits_kernel(name, Vec::new()),
+            _ => !self.skips(),
+        };
+        if takes_place {
+            self.begin_pass(kind, name, targets, rows);
+        }
+        let result = record(&mut PassRecorder {
+            rec: self,
+            format: targets.color.format(),
+            samples: targets.color.samples(),
+            depth: targets.depth.map(|_| targets.depth_test),
+            times_draws: takes_place && kind == SpanKind::Scope,
+            skips: !takes_place,
+        });
+        if takes_place {
+            self.end_pass(name);
+        }
+        result
+    }
+
+    /// Records everything of a pass that comes before its draws.
+    fn begin_pass(
+        &mut self,
+        kind: SpanKind,
+        name: &str,
+        targets: &Targets<'_>,
+        rows: Option<std::ops::Range<u32>>,
+    ) {
+        // Inside a pass there can be no breadcrumb, no entry of the debug list and no barrier.
+        self.settle_order();
+        if kind == SpanKind::Kernel {
+            self.separate_pass();
+        }
+        self.leave_crumb(name);
+        self.list_entry(|| Listed::Work(name.to_owned()));
+        if self.ctx().draws_debug.load(Ordering::Relaxed) {
+            self.announce_debug(name);
+        }
+        self.begin_span(name, kind);
+        let keeps = rows.is_some();
+        let keeps_color = keeps || targets.clear.is_none();
+        self.transition(targets.color, ImageState::COLOR_TARGET, keeps_color);
+        if let Some(resolve) = targets.resolve {
+            self.transition(resolve, ImageState::COLOR_TARGET, keeps);
+        }
+        if let Some(depth) = targets.depth {
+            self.transition(depth, ImageState::DEPTH_TARGET, false);
+        }
+        self.begin_rendering(name, targets, rows);
+        self.is_in_pass = true;
+    }
+
+    /// Begins rendering into all rows of the targets, or only into these.
+    fn begin_rendering(
+        &self,
+        name: &str,
+        targets: &Targets<'_>,
+        rows: Option<std::ops::Range<u32>>,
+    ) {
+        let attachments = [targets.color_attachment()];
+        let depth_attachment = targets.depth_attachment();
+        let [width, height] = targets.color.size();
+        let rows = rows.unwrap_or(0..height);
+        let area = vk::Rect2D {
+            offset: vk::Offset2D {
+                x: 0,
+                y: rows.start as i32,
+            },
+            extent: vk::Extent2D {
+                width,
+                height: rows.len() as u32,
+            },
+        };
+        let mut rendering = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&attachments);
+        if let Some(depth_attachment) = &depth_attachment {
+            rendering = rendering.depth_attachment(depth_attachment);
+        }
+        let viewport = vk::Viewport {
+            x: 0.0,
+            y: 0.0,
+            width: width as f32,
+            height: height as f32,
+            min_depth: 0.0,
+            max_depth: 1.0,
+        };
+        let loader = self.dynamic_rendering(name);
+        // SAFETY: the images are alive and freed only after this frame; `begin_pass` has set their layouts.
+        unsafe {
+            loader.cmd_begin_rendering(self.raw(), &rendering);
+            self.device().cmd_set_viewport(self.raw(), 0, &[viewport]);
+            self.device().cmd_set_scissor(self.raw(), 0, &[area]);
+        }
+    }
+
+    /// Records everything of a pass that comes after its draws.
+    fn end_pass(&mut self, name: &str) {
+        self.is_in_pass = false;
+        // SAFETY: `begin_pass` has begun rendering.
+        unsafe { self.dynamic_rendering(name).cmd_end_rendering(self.raw()) };
+        self.end_span();
+        self.ends_alone();
+    }
+
+    /// The functions of the device that begin and end a pass.
+    fn dynamic_rendering(&self, name: &str) -> &khr::dynamic_rendering::Device {
+        let ctx = self.ctx();
+        let loader = ctx.device.dynamic_rendering.as_ref();
+        loader.unwrap_or_else(|| panic!("{}", no_rendering(ctx, name)))
     }
 }
 
@@ -386,5 +349,78 @@ impl PassRecorder<'_> {
     #[must_use]
     pub fn raw(&self) -> vk::CommandBuffer {
         self.rec.raw()
+    }
+}
+
+impl Targets<'_> {
+    /// Panics unless the images fit each other and belong to this context.
+    fn assert_fitting(&self, ctx: &Arc<Context>) {
+        let color = self.color;
+        for other in self.resolve.iter().chain(&self.depth) {
+            assert!(
+                other.size() == color.size(),
+                "`{}` and `{}` differ in size",
+                other.name(),
+                color.name()
+            );
+        }
+        for image in self.resolve.iter().chain(&self.depth).chain([&color]) {
+            assert!(
+                Arc::ptr_eq(image.ctx(), ctx),
+                "`{}` belongs to another context",
+                image.name()
+            );
+        }
+        let samples = self.depth.map_or(color.samples(), Image::samples);
+        assert!(
+            samples == color.samples(),
+            "depth has {samples} samples, `{}` has others",
+            color.name()
+        );
+    }
+
+    /// The render target, and the image that takes the mean of its samples.
+    fn color_attachment(&self) -> vk::RenderingAttachmentInfo<'static> {
+        let mut attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(self.color.view())
+            .image_layout(ImageState::COLOR_TARGET.layout)
+            .load_op(if self.clear.is_some() {
+                vk::AttachmentLoadOp::CLEAR
+            } else {
+                vk::AttachmentLoadOp::LOAD
+            })
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(vk::ClearValue {
+                color: vk::ClearColorValue {
+                    float32: self.clear.unwrap_or_default(),
+                },
+            });
+        if let Some(resolve) = self.resolve {
+            attachment = attachment
+                .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+                .resolve_image_view(resolve.view())
+                .resolve_image_layout(ImageState::COLOR_TARGET.layout);
+        }
+        attachment
+    }
+
+    /// The depth image, cleared to the value that always loses.
+    fn depth_attachment(&self) -> Option<vk::RenderingAttachmentInfo<'static>> {
+        let depth = self.depth?;
+        let attachment = vk::RenderingAttachmentInfo::default()
+            .image_view(depth.view())
+            .image_layout(ImageState::DEPTH_TARGET.layout)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::DONT_CARE)
+            .clear_value(vk::ClearValue {
+                depth_stencil: vk::ClearDepthStencilValue {
+                    depth: match self.depth_test {
+                        DepthTest::Greatest => 0.0,
+                        DepthTest::Smallest => 1.0,
+                    },
+                    stencil: 0,
+                },
+            });
+        Some(attachment)
     }
 }

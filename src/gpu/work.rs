@@ -88,49 +88,10 @@ impl Recorder {
             note_used(pipeline.replaced.into_iter().flatten());
         }
         let resources = I::resources(args);
-        let placeholder = &self.frame.placeholder;
-        let buffers: Vec<_> = (resources.iter().zip(I::BINDINGS))
-            .map(|(r, binding)| {
-                let core = match r {
-                    Resource::Absent(_) => Some(placeholder.block()),
-                    _ => r.core(),
-                };
-                let range = match r {
-                    Resource::FirstPart(buffer) => buffer.core().first_part(),
-                    _ => vk::WHOLE_SIZE,
-                };
-                let raw = match core {
-                    None => vk::Buffer::null(),
-                    Some(core) if pipeline.reaches_pages(binding) => core.addresses(),
-                    Some(core) => core.raw(),
-                };
-                vk::DescriptorBufferInfo::default().buffer(raw).range(range)
-            })
-            .collect();
-        let views: Vec<_> = resources
-            .iter()
-            .map(|r| match r {
-                Resource::Texels(texels) => texels.raw(),
-                Resource::Absent(absent) => placeholder.view(*absent),
-                _ => vk::BufferView::null(),
-            })
-            .collect();
-        let images: Vec<_> = resources
-            .iter()
-            .map(|r| match r {
-                Resource::Sampled(sampled) => sampled.descriptor(),
-                _ => vk::DescriptorImageInfo::default(),
-            })
-            .collect();
-        let debug = I::DEBUG_BINDING.map(|number| {
-            let core = self.frame.debug_list().buffer().core();
-            (
-                number,
-                [vk::DescriptorBufferInfo::default()
-                    .buffer(core.raw())
-                    .range(vk::WHOLE_SIZE)],
-            )
-        });
+        let buffers = self.buffers_of::<I>(pipeline, &resources);
+        let views = self.views_of(&resources);
+        let images = images_of(&resources);
+        let debug = I::DEBUG_BINDING.map(|number| (number, [self.debug_buffer()]));
         let mut writes: Vec<_> = I::BINDINGS
             .iter()
             .enumerate()
@@ -179,6 +140,51 @@ impl Recorder {
                     .cmd_push_constants(cmd, pipeline.layout, stages, 0, bytes);
             }
         }
+    }
+
+    /// The buffer of each resource, or its placeholder; null for images.
+    fn buffers_of<I: Interface>(
+        &self,
+        pipeline: &PipelineCore,
+        resources: &[Resource<'_>],
+    ) -> Vec<vk::DescriptorBufferInfo> {
+        (resources.iter().zip(I::BINDINGS))
+            .map(|(r, binding)| {
+                let core = match r {
+                    Resource::Absent(_) => Some(self.frame.placeholder.block()),
+                    _ => r.core(),
+                };
+                let range = match r {
+                    Resource::FirstPart(buffer) => buffer.core().first_part(),
+                    _ => vk::WHOLE_SIZE,
+                };
+                let raw = match core {
+                    None => vk::Buffer::null(),
+                    Some(core) if pipeline.reaches_pages(binding) => core.addresses(),
+                    Some(core) => core.raw(),
+                };
+                vk::DescriptorBufferInfo::default().buffer(raw).range(range)
+            })
+            .collect()
+    }
+
+    /// The texel view of each resource, or its placeholder; null where there is none.
+    fn views_of(&self, resources: &[Resource<'_>]) -> Vec<vk::BufferView> {
+        resources
+            .iter()
+            .map(|r| match r {
+                Resource::Texels(texels) => texels.raw(),
+                Resource::Absent(absent) => self.frame.placeholder.view(*absent),
+                _ => vk::BufferView::null(),
+            })
+            .collect()
+    }
+
+    fn debug_buffer(&self) -> vk::DescriptorBufferInfo {
+        let core = self.frame.debug_list().buffer().core();
+        vk::DescriptorBufferInfo::default()
+            .buffer(core.raw())
+            .range(vk::WHOLE_SIZE)
     }
 
     fn check_arguments<I: Interface>(&self, pipeline: &PipelineCore, resources: &[Resource<'_>]) {
@@ -291,6 +297,17 @@ impl Recorder {
         assert!(self.open_names().next().is_none(), "a scope is still open");
         assert!(self.unordered.is_none(), "an unordered group is still open");
     }
+}
+
+/// The image of each resource; null where there is none.
+fn images_of(resources: &[Resource<'_>]) -> Vec<vk::DescriptorImageInfo> {
+    resources
+        .iter()
+        .map(|r| match r {
+            Resource::Sampled(sampled) => sampled.descriptor(),
+            _ => vk::DescriptorImageInfo::default(),
+        })
+        .collect()
 }
 
 fn is_of(resource: &Resource<'_>, core: &BufferCore) -> bool {

@@ -255,8 +255,16 @@ impl ExportPanel {
     }
 
     fn card(&mut self, ui: &mut Ui, facts: &Facts, is_flat: bool, commands: &mut Vec<Command>) {
-        let out = self;
-        let is_free = facts.exports.making.is_none();
+        self.folder_controls(ui, commands);
+        self.picture_controls(ui, facts, is_flat, commands);
+        self.format_controls(ui);
+        self.recording_controls(ui, facts, commands);
+        self.film_controls(ui, facts, is_flat, commands);
+        self.state_controls(ui, facts, commands);
+    }
+
+    /// Chooses the folder that all files go to.
+    fn folder_controls(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
         title(
             ui,
             "Folder",
@@ -269,27 +277,36 @@ impl ExportPanel {
                 commands.push(Command::AskForFolder);
             }
             ui.add(
-                egui::TextEdit::singleline(&mut out.folder)
+                egui::TextEdit::singleline(&mut self.folder)
                     .hint_text(here.to_string_lossy().into_owned())
                     .desired_width(f32::INFINITY),
             )
             .on_hover_text("Where files go; empty for the folder that the program was started in. Kept for next time.")
             .marked("out.folder");
         });
-        note_value(ui.ctx(), "out.folder", || out.folder.clone());
+        note_value(ui.ctx(), "out.folder", || self.folder.clone());
+    }
 
+    /// Saves a picture.
+    fn picture_controls(
+        &mut self,
+        ui: &mut Ui,
+        facts: &Facts,
+        is_flat: bool,
+        commands: &mut Vec<Command>,
+    ) {
         title(
             ui,
             "Picture",
             "A PNG without the interface, with smooth edges and every particle.",
         );
-        sizes(ui, "out.size", &mut out.size);
-        if out.size == Size::Custom {
-            custom(ui, &mut out.custom);
+        sizes(ui, "out.size", &mut self.size);
+        if self.size == Size::Custom {
+            custom(ui, &mut self.custom);
         }
         ui.horizontal(|ui| {
             if ui
-                .add_enabled(is_free, egui::Button::new("📷 Save picture"))
+                .add_enabled(is_free(facts), egui::Button::new("📷 Save picture"))
                 .on_hover_text(Action::Screenshot.hint("Writes it"))
                 .on_disabled_hover_text("One thing at a time")
                 .marked("out.picture")
@@ -297,21 +314,27 @@ impl ExportPanel {
             {
                 commands.push(Command::Screenshot);
             }
-            theme::switch(ui, &mut out.transparent, "transparent")
+            theme::switch(ui, &mut self.transparent, "transparent")
                 .on_hover_text("Leaves out the background")
                 .marked("out.transparent");
-            lens_width(ui, "out.lens", &mut out.lens, is_flat);
+            lens_width(ui, "out.lens", &mut self.lens, is_flat);
         });
+    }
 
+    /// Chooses the format of recordings and films.
+    fn format_controls(&mut self, ui: &mut Ui) {
         title(ui, "Recording and film", "What they are written as.");
         ui.horizontal(|ui| {
             for (kind, label, hint) in Kind::ALL {
-                ui.selectable_value(&mut out.kind, kind, label)
+                ui.selectable_value(&mut self.kind, kind, label)
                     .on_hover_text(hint)
                     .marked(&format!("out.kind={label}"));
             }
         });
+    }
 
+    /// Begins or ends a recording of the window.
+    fn recording_controls(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
         title(
             ui,
             "Record the window",
@@ -331,52 +354,39 @@ impl ExportPanel {
             {
                 commands.push(Command::Export(ExportRequest::Record));
             }
-            number(ui, "out.fps", &mut out.fps, RECORDING_FPS.0..=RECORDING_FPS.1, " fps").on_hover_text(
+            number(
+                ui,
+                "out.fps",
+                &mut self.fps,
+                RECORDING_FPS.0..=RECORDING_FPS.1,
+                " fps",
+            )
+            .on_hover_text(
                 "Frames a second. Where the window is slower, pictures stay for longer.",
             );
         });
+    }
 
+    /// Makes a film at a fixed step.
+    fn film_controls(
+        &mut self,
+        ui: &mut Ui,
+        facts: &Facts,
+        is_flat: bool,
+        commands: &mut Vec<Command>,
+    ) {
         title(
             ui,
             "Film at a fixed step",
             "Continues from here by so many steps a frame, however long each takes; no frame is left out. The camera \
              is where it is now, or turns from there; if it shows the whole scene, from as far as that takes.",
         );
-        sizes(ui, "out.film_size", &mut out.film_size);
-        if out.film_size == Size::Custom && out.size != Size::Custom {
-            custom(ui, &mut out.custom);
+        sizes(ui, "out.film_size", &mut self.film_size);
+        if self.film_size == Size::Custom && self.size != Size::Custom {
+            custom(ui, &mut self.custom);
         }
-        ui.horizontal(|ui| {
-            ui.add(
-                DragValue::new(&mut out.seconds)
-                    .range(SECONDS.0..=SECONDS.1)
-                    .speed(0.1)
-                    .max_decimals(1)
-                    .custom_parser(reader(ui, parse_number))
-                    .update_while_editing(false)
-                    .suffix(" s"),
-            )
-            .on_hover_text("How long the film plays")
-            .marked("out.seconds");
-            number(
-                ui,
-                "out.film_fps",
-                &mut out.film_fps,
-                FILM_FPS.0..=FILM_FPS.1,
-                " fps",
-            )
-            .on_hover_text("Frames a second when it plays");
-            number(
-                ui,
-                "out.every",
-                &mut out.every,
-                EVERY.0..=EVERY.1,
-                " steps a frame",
-            )
-            .on_hover_text("Steps from one frame to the next");
-        });
-        note_value(ui.ctx(), "out.seconds", || format!("{}", out.seconds));
-        let turns = DragValue::new(&mut out.turns)
+        self.film_times(ui);
+        let turns = DragValue::new(&mut self.turns)
             .range(TURNS.0..=TURNS.1)
             .speed(0.05)
             .max_decimals(2)
@@ -391,18 +401,18 @@ impl ExportPanel {
                 )
                 .on_disabled_hover_text("This view is flat")
                 .marked("out.turns");
-            ui.add_enabled_ui(out.kind == Kind::Png, |ui| {
-                theme::switch(ui, &mut out.film_transparent, "transparent")
+            ui.add_enabled_ui(self.kind == Kind::Png, |ui| {
+                theme::switch(ui, &mut self.film_transparent, "transparent")
                     .on_hover_text("Leaves out the background")
                     .on_disabled_hover_text("Only folders of PNGs can be transparent")
                     .marked("out.film_transparent");
             });
         });
-        note_value(ui.ctx(), "out.turns", || format!("{}", out.turns));
-        lens_width(ui, "out.film_lens", &mut out.film_lens, is_flat);
-        let label = format!("🎬 Film {} frames", out.film_frames());
+        note_value(ui.ctx(), "out.turns", || format!("{}", self.turns));
+        lens_width(ui, "out.film_lens", &mut self.film_lens, is_flat);
+        let label = format!("🎬 Film {} frames", self.film_frames());
         if ui
-            .add_enabled(is_free, egui::Button::new(label))
+            .add_enabled(is_free(facts), egui::Button::new(label))
             .on_hover_text("Makes the film; the window shows how far it is")
             .on_disabled_hover_text("One thing at a time")
             .marked("out.film")
@@ -410,7 +420,44 @@ impl ExportPanel {
         {
             commands.push(Command::Export(ExportRequest::Film));
         }
+    }
 
+    /// Sets how long a film plays, and how many steps lie between its frames.
+    fn film_times(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            ui.add(
+                DragValue::new(&mut self.seconds)
+                    .range(SECONDS.0..=SECONDS.1)
+                    .speed(0.1)
+                    .max_decimals(1)
+                    .custom_parser(reader(ui, parse_number))
+                    .update_while_editing(false)
+                    .suffix(" s"),
+            )
+            .on_hover_text("How long the film plays")
+            .marked("out.seconds");
+            number(
+                ui,
+                "out.film_fps",
+                &mut self.film_fps,
+                FILM_FPS.0..=FILM_FPS.1,
+                " fps",
+            )
+            .on_hover_text("Frames a second when it plays");
+            number(
+                ui,
+                "out.every",
+                &mut self.every,
+                EVERY.0..=EVERY.1,
+                " steps a frame",
+            )
+            .on_hover_text("Steps from one frame to the next");
+        });
+        note_value(ui.ctx(), "out.seconds", || format!("{}", self.seconds));
+    }
+
+    /// Writes the present state to files.
+    fn state_controls(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
         title(
             ui,
             "Export the state",
@@ -420,7 +467,7 @@ impl ExportPanel {
             for model in Model::ALL {
                 let (label, hint) = words(model);
                 if ui
-                    .add_enabled(is_free, egui::Button::new(label))
+                    .add_enabled(is_free(facts), egui::Button::new(label))
                     .on_hover_text(hint)
                     .on_disabled_hover_text("One thing at a time")
                     .marked(&format!("out.export={label}"))
@@ -443,12 +490,17 @@ impl ExportPanel {
                     "A GLB has colours of vertices, as fine as its mesh",
                 ),
             ] {
-                ui.selectable_value(&mut out.colors, colors, label)
+                ui.selectable_value(&mut self.colors, colors, label)
                     .on_hover_text(hint)
                     .marked(&format!("out.colors={label}"));
             }
         });
     }
+}
+
+/// Can a picture, a film or a file of the state be made? One is made at a time.
+fn is_free(facts: &Facts) -> bool {
+    facts.exports.making.is_none()
 }
 
 fn words(model: Model) -> (&'static str, &'static str) {

@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use egui::{Rect, Sense, Ui};
+use egui::{Rect, Response, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
@@ -196,31 +196,94 @@ impl Interface {
     fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let ctx = ui.ctx().clone();
         let (mut actions, mut commands) = (Vec::new(), Vec::new());
+        let now = ui.input(|i| i.time);
+        self.begin_frame(&ctx, now, facts);
+        let shown_before = self.navigation.shown(&self.document.view.camera);
+        self.perform_keys(&ctx, facts, (&mut actions, &mut commands));
+        self.handle_clipboard(&ctx, &mut commands);
+        self.drift(&ctx, now, facts, (&mut actions, &mut commands));
+        let panel = self.show_round(ui, facts, (&mut actions, &mut commands));
+        let whole = ui.available_rect_before_wrap();
+        let (picture, beside) = self.layout.parts(&ctx, whole, self.document.view.show);
+        let room = self.room_in(&ctx, picture);
+        self.keep_in_picture(room);
+        let response = ui
+            .allocate_rect(picture, Sense::click_and_drag())
+            .marked("picture");
+        // Keys are for the whole window there.
+        response.surrender_focus();
+        // After the picture, so that it lies over its edge.
+        if let Some(panel) = panel {
+            self.layout.drag_edge(ui, panel);
+        }
+        let requests = (&mut actions, &mut commands);
+        let touched = self.use_pointer(ui, &response, beside, facts, requests);
+        if let Some(found) = facts.network.as_ref().filter(|_| self.shows_network()) {
+            note_value(&ctx, "network", || found.numbers());
+        }
+        self.show_over(ui, picture, facts, (&mut actions, &mut commands));
+        self.show_dialog(&ctx, picture, &mut commands);
+        self.perform_asked(&ctx, room, facts, (&mut actions, &mut commands));
+        if std::mem::take(&mut self.document.eases) && shown_before != self.document.view.camera {
+            self.navigation.ease(shown_before);
+            ctx.request_repaint();
+        }
+        self.note_at_rest(&ctx, now);
+        Shown {
+            commands,
+            picture,
+            beside,
+            touched,
+        }
+    }
+
+    /// Are the network's lines shown over the picture?
+    pub fn shows_network(&self) -> bool {
+        self.layout.network && !self.document.view.show.is_flat()
+    }
+
+    /// A frame begins, at this time in seconds.
+    fn begin_frame(&mut self, ctx: &egui::Context, now: f64, facts: &Facts) {
         let document = &mut self.document;
         document.marks.follow(&document.edited.objects);
-        let now = ui.input(|i| i.time);
         self.looks.tick(now, facts.exports.filmed);
         self.navigation.tick(now);
         self.navigation.glides = self.layout.glides && facts.exports.recording.is_none();
-        let shown_before = self.navigation.shown(&self.document.view.camera);
         // A press that closes a list does nothing else.
-        self.tools.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
-        // A dialog has the keyboard to itself.
-        let has_ended = self.end_autopilot(&ctx);
-        if !self.opening.is_open() {
-            self.navigation.keep_keys(&ctx);
-            // A key that ends it does no more.
-            let ends =
-                |action: &Action| has_ended && matches!(action, Action::Autopilot | Action::Back);
-            for action in pressed(&ctx).into_iter().filter(|action| !ends(action)) {
-                self.perform(&ctx, action, facts, (&mut actions, &mut commands));
-            }
+        self.tools.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ctx);
+    }
+
+    /// Performs the actions of keys that were pressed. A dialog has the keyboard to itself.
+    fn perform_keys(
+        &mut self,
+        ctx: &egui::Context,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) {
+        let has_ended = self.end_autopilot(ctx);
+        if self.opening.is_open() {
+            return;
         }
-        self.handle_clipboard(&ctx, &mut commands);
-        self.drift(&ctx, now, facts, (&mut actions, &mut commands));
-        let mut desk = desk!(self, facts, &mut actions, &mut commands);
-        self.looks.advance(&ctx, &mut desk);
-        note_view(&ctx, desk.document, &self.navigation);
+        self.navigation.keep_keys(ctx);
+        // A key that ends it does no more.
+        let ends =
+            |action: &Action| has_ended && matches!(action, Action::Autopilot | Action::Back);
+        for action in pressed(ctx).into_iter().filter(|action| !ends(action)) {
+            self.perform(ctx, action, facts, (&mut *actions, &mut *commands));
+        }
+    }
+
+    /// Shows what lies round the picture: the line of facts, the panel, the gallery and the kept states. Returns the rectangle of
+    /// the panel, if it is shown.
+    fn show_round(
+        &mut self,
+        ui: &mut Ui,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) -> Option<Rect> {
+        let mut desk = desk!(self, facts, actions, commands);
+        self.looks.advance(ui.ctx(), &mut desk);
+        note_view(ui.ctx(), desk.document, &self.navigation);
         if !desk.layout.alone {
             status_line(ui, desk.document, facts);
         }
@@ -242,43 +305,48 @@ impl Interface {
                 });
             panel_rect = Some(shown.response.rect);
         }
-        self.preview.point_at(take_pointed(&ctx));
+        self.preview.point_at(take_pointed(ui.ctx()));
         self.gallery
             .show(ui, &mut self.looks, &mut self.preview, &mut desk);
         self.strip.show(ui, &mut desk);
-        if let Some(text) = take_refused(&ctx) {
-            desk.notices.say(&ctx, text, false);
+        if let Some(text) = take_refused(ui.ctx()) {
+            desk.notices.say(ui.ctx(), text, false);
         }
-        if let Some(key) = take_wanted(&ctx) {
-            desk.opening.begin_mask(&ctx, key);
+        if let Some(key) = take_wanted(ui.ctx()) {
+            desk.opening.begin_mask(ui.ctx(), key);
         }
-        let whole = ui.available_rect_before_wrap();
-        let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
-        let size = Vec2::new(picture.width(), picture.height());
+        panel_rect
+    }
+
+    /// The size of a picture, and how much of it the tools cover.
+    fn room_in(&self, ctx: &egui::Context, picture: Rect) -> Room {
         let covered = match self.layout.alone {
             true => 0.0,
-            false => tools::covered(&ctx, picture, self.document.view.show),
+            false => tools::covered(ctx, picture, self.document.view.show),
         };
-        let room = Room { size, covered };
-        self.keep_in_picture(room);
-        let mut desk = desk!(self, facts, &mut actions, &mut commands);
-        let response = ui
-            .allocate_rect(picture, Sense::click_and_drag())
-            .marked("picture");
-        // Keys are for the whole window there.
-        response.surrender_focus();
-        // After the picture, so that it lies over its edge.
-        if let Some(panel) = panel_rect {
-            desk.layout.drag_edge(ui, panel);
-        }
-        let used = self.tools.use_tools(ui, &response, &mut desk);
+        let size = Vec2::new(picture.width(), picture.height());
+        Room { size, covered }
+    }
+
+    /// Lets the pointer use tools or move the view over the picture, and move the atlas beside it. Returns true if the user is
+    /// moving something.
+    fn use_pointer(
+        &mut self,
+        ui: &mut Ui,
+        response: &Response,
+        beside: Option<Rect>,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) -> bool {
+        let mut desk = desk!(self, facts, actions, commands);
+        let used = self.tools.use_tools(ui, response, &mut desk);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
         let refocuses = response.double_clicked() && self.tools.tool == Tool::Look;
         let moved = if desk.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
             self.navigation
-                .apply(ui, &response, self.tools.drags, &mut desk.document.view)
+                .apply(ui, response, self.tools.drags, &mut desk.document.view)
         };
         let beside_touched = beside.is_some_and(|rect| {
             move_beside(ui, rect, &mut desk.layout.beside, &mut desk.document.view)
@@ -286,73 +354,83 @@ impl Interface {
         if let Some(pixel) = moved.refocus {
             desk.commands.push(Command::Refocus(pixel));
         }
-        if let Some(found) = facts.network.as_ref().filter(|_| self.shows_network()) {
-            note_value(&ctx, "network", || found.numbers());
-        }
-        let desk = desk!(self, facts, &mut actions, &mut commands);
+        moved.touched || beside_touched || response.dragged()
+    }
+
+    /// Shows what lies over the picture: tools, axes, cards and notices.
+    fn show_over(
+        &mut self,
+        ui: &Ui,
+        picture: Rect,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) {
+        let ctx = ui.ctx();
+        let desk = desk!(self, facts, &mut *actions, &mut *commands);
         self.tools.show(ui, picture, &desk);
         if !desk.layout.alone {
             let camera = self.navigation.shown(&desk.document.view.camera);
             let turned = show_axes(ui, picture, &camera, &desk);
-            self.turn(turned, size);
+            self.turn(turned, Vec2::new(picture.width(), picture.height()));
         }
-        let mut desk = desk!(self, facts, &mut actions, &mut commands);
+        let mut desk = desk!(self, facts, actions, commands);
         let mut bar = None;
         if !desk.layout.alone {
-            bar = self.tools.show_tools(&ctx, picture, &mut desk);
+            bar = self.tools.show_tools(ctx, picture, &mut desk);
         }
-        show_folded(&ctx, picture, &mut desk);
-        show_help(&ctx, picture, bar, desk.layout);
-        show_previewed(&ctx, picture, self.preview.look(), facts);
-        self.exports.show(&ctx, picture, bar, &mut desk);
+        show_folded(ctx, picture, &mut desk);
+        show_help(ctx, picture, bar, desk.layout);
+        show_previewed(ctx, picture, self.preview.look(), facts);
+        self.exports.show(ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
-            show_loading(&ctx, picture, loading, desk.commands);
+            show_loading(ctx, picture, loading, desk.commands);
         }
         if facts.exports.ends {
-            show_ending(&ctx, picture, &facts.exports);
+            show_ending(ctx, picture, &facts.exports);
         }
         desk.notices.show(ui, picture, desk.layout.alone);
-        desk.layout.hide_resting_pointer(&ctx);
-        if let Some(folder) = desk
-            .opening
-            .show(&ctx, &mut desk.document.edited, desk.commands)
+        desk.layout.hide_resting_pointer(ctx);
+    }
+
+    /// Shows the dialog for files over everything else, and takes what was chosen in it. An open dialog ends a preview.
+    fn show_dialog(&mut self, ctx: &egui::Context, picture: Rect, commands: &mut Vec<Command>) {
+        if let Some(folder) = self.opening.show(ctx, &mut self.document.edited, commands)
             && let Err(refusal) = self.exports.take_folder(&folder)
         {
-            desk.notices.say(&ctx, refusal, true);
+            self.notices.say(ctx, refusal, true);
         }
-        desk.opening.ask_about_mesh(&ctx, picture, desk.commands);
-        if desk.opening.is_open() {
+        self.opening.ask_about_mesh(ctx, picture, commands);
+        if self.opening.is_open() {
             self.preview.end();
         }
+    }
+
+    /// Performs the actions that panels and tools have asked for in this frame, in order.
+    fn perform_asked(
+        &mut self,
+        ctx: &egui::Context,
+        room: Room,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) {
         let mut next = 0;
         while let Some(action) = actions.get(next).copied() {
             next += 1;
-            self.perform(&ctx, action, facts, (&mut actions, &mut commands));
+            self.perform(ctx, action, facts, (&mut *actions, &mut *commands));
         }
         if next > 0 {
             // Their changes of the camera are in the picture of this frame.
             self.keep_in_picture(room);
         }
-        if std::mem::take(&mut self.document.eases) && shown_before != self.document.view.camera {
-            self.navigation.ease(shown_before);
-            ctx.request_repaint();
-        }
-        let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
-        if !is_busy && !self.tools.holds_food() {
-            self.note_changes();
-            self.note_camera(&ctx, now);
-        }
-        Shown {
-            commands,
-            picture,
-            beside,
-            touched: moved.touched || beside_touched || response.dragged(),
-        }
     }
 
-    /// Are the network's lines shown over the picture?
-    pub fn shows_network(&self) -> bool {
-        self.layout.network && !self.document.view.show.is_flat()
+    /// Notes changes and the camera for undo, unless something is held or typed.
+    fn note_at_rest(&mut self, ctx: &egui::Context, now: f64) {
+        let is_busy = ctx.input(|i| i.pointer.any_down()) || ctx.text_edit_focused();
+        if !is_busy && !self.tools.holds_food() {
+            self.note_changes();
+            self.note_camera(ctx, now);
+        }
     }
 
     /// The axes were dragged or clicked, beside a picture of this size.

@@ -6,7 +6,7 @@ use egui::{
     Align, Id, Label, Layout, RichText, Sense, Slider, SliderClamping, Ui, UiBuilder, vec2,
 };
 use myxo::plain_text::with_commas;
-use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
+use myxo::scene::parameters::{Effect, Kind, Number, Own, Parameter, Scale};
 use myxo::scene::settings::{ObjectSettings, Settings};
 
 use crate::lab::opening::OPEN_MASK;
@@ -157,21 +157,9 @@ pub fn editor<T>(
         Kind::Number(number) => slider(ui, key, parameter, number, value),
         Kind::Own(own) => {
             let before = (own.get)(value);
-            let mut has = before.is_some();
-            let (low, high) = own.slider;
-            // An own value begins as the value in effect.
-            let mut now = before.unwrap_or((own.shared)(context.shared));
-            theme::switch(ui, &mut has, "of its own")
-                .on_hover_text("Otherwise the scene's value holds here too.")
-                .marked(&format!("{key}:own"));
-            if has {
-                let slider = Slider::new(&mut now, low..=high)
-                    .logarithmic(own.scale == Scale::Logarithmic)
-                    .clamping(SliderClamping::Never);
-                let (slider, parse) = with_steps(slider, own.integer, own.slider);
-                wide_slider(ui, slider, parse).marked(key);
-            }
-            let after = has.then(|| within(ui, parameter, now, own.range));
+            let shared = (own.shared)(context.shared);
+            let after = own_slider(ui, key, own, before, shared);
+            let after = after.map(|now| within(ui, parameter, now, own.range));
             if after != before {
                 (own.set)(value, after);
             }
@@ -179,13 +167,7 @@ pub fn editor<T>(
         }
         Kind::Choice { words, get, set } => {
             let mut chosen = get(value);
-            ui.horizontal_wrapped(|ui| {
-                ui.spacing_mut().item_spacing.x = 3.0;
-                for (i, word) in words.iter().enumerate() {
-                    ui.selectable_value(&mut chosen, i, *word)
-                        .marked(&format!("{key}={word}"));
-                }
-            });
+            choose_word(ui, key, words, &mut chosen);
             let changed = chosen != get(value);
             if changed {
                 set(value, chosen);
@@ -204,26 +186,7 @@ pub fn editor<T>(
         }
         Kind::Text { what, get, set, .. } => {
             let mut text = get(value).to_owned();
-            let mut edit = |ui: &mut Ui| {
-                let editor = egui::TextEdit::singleline(&mut text)
-                    .hint_text(*what)
-                    .desired_width(f32::INFINITY);
-                ui.add(editor).marked(key).changed()
-            };
-            let changed = if names_a_mask(key) {
-                let size = vec2(ui.available_width(), ui.spacing().interact_size.y);
-                let layout = Layout::right_to_left(Align::Center);
-                let both = |ui: &mut Ui| {
-                    let open = ui.button("Open…").on_hover_text(OPEN_MASK);
-                    if open.marked(&format!("{key}:open")).clicked() {
-                        ui.data_mut(|data| data.insert_temp(Id::new(WANTED), key.to_owned()));
-                    }
-                    edit(ui)
-                };
-                ui.allocate_ui_with_layout(size, layout, both).inner
-            } else {
-                edit(ui)
-            };
+            let changed = text_field(ui, key, what, &mut text);
             if changed {
                 set(value, text);
             }
@@ -237,31 +200,7 @@ pub fn editor<T>(
         } => {
             let before = get(value);
             let mut components = before;
-            let speed = 0.01;
-            ui.horizontal(|ui| {
-                let axes = ["x", "y", "z"];
-                let labels = match key {
-                    "picture.background" => ["r ", "g ", "b "],
-                    _ => ["x ", "y ", "z "],
-                };
-                for ((component, axis), label) in components.iter_mut().zip(axes).zip(labels) {
-                    ui.add(
-                        egui::DragValue::new(component)
-                            .range(range.0..=range.1)
-                            .speed(speed)
-                            .custom_formatter(|number, decimals| match is_double {
-                                true => in_full(number, decimals),
-                                false => {
-                                    egui::emath::format_with_decimals_in_range(number, decimals)
-                                }
-                            })
-                            .custom_parser(reader(ui, parse_number))
-                            .update_while_editing(false)
-                            .prefix(label),
-                    )
-                    .marked(&format!("{key}.{axis}"));
-                }
-            });
+            component_fields(ui, key, *range, *is_double, &mut components);
             if components != before {
                 set(value, components);
             }
@@ -291,6 +230,17 @@ pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f6
     taken
 }
 
+/// A button for each word of a list, of which one is chosen.
+fn choose_word(ui: &mut Ui, key: &str, words: &[&str], chosen: &mut usize) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        for (i, word) in words.iter().enumerate() {
+            ui.selectable_value(chosen, i, *word)
+                .marked(&format!("{key}={word}"));
+        }
+    });
+}
+
 /// Does a row hold the name of an object?
 fn names_an_object(key: &str) -> bool {
     key == START_OBJECT || key.starts_with("food.") && key.ends_with(".object")
@@ -316,6 +266,29 @@ fn choose_object(ui: &mut Ui, key: &str, objects: &[ObjectSettings], chosen: &mu
         .marked(key);
 }
 
+/// A field for a text, with a button that opens a dialog where it is the path of a picture. Returns true if it was changed.
+fn text_field(ui: &mut Ui, key: &str, what: &'static str, text: &mut String) -> bool {
+    let mut edit = |ui: &mut Ui| {
+        let editor = egui::TextEdit::singleline(text)
+            .hint_text(what)
+            .desired_width(f32::INFINITY);
+        ui.add(editor).marked(key).changed()
+    };
+    if !names_a_mask(key) {
+        return edit(ui);
+    }
+    let size = vec2(ui.available_width(), ui.spacing().interact_size.y);
+    let layout = Layout::right_to_left(Align::Center);
+    let both = |ui: &mut Ui| {
+        let open = ui.button("Open…").on_hover_text(OPEN_MASK);
+        if open.marked(&format!("{key}:open")).clicked() {
+            ui.data_mut(|data| data.insert_temp(Id::new(WANTED), key.to_owned()));
+        }
+        edit(ui)
+    };
+    ui.allocate_ui_with_layout(size, layout, both).inner
+}
+
 /// Does a row hold the path of a picture that is laid over the texture?
 fn names_a_mask(key: &str) -> bool {
     let maps = ["areas.map", "second_look.map"];
@@ -325,6 +298,38 @@ fn names_a_mask(key: &str) -> bool {
 /// The row whose picture is to be chosen, once.
 pub fn take_wanted(ctx: &egui::Context) -> Option<String> {
     ctx.data_mut(|data| data.remove_temp(Id::new(WANTED)))
+}
+
+/// A field for each component of a vector.
+fn component_fields(
+    ui: &mut Ui,
+    key: &str,
+    range: (f64, f64),
+    is_double: bool,
+    components: &mut [f64; 3],
+) {
+    ui.horizontal(|ui| {
+        let axes = ["x", "y", "z"];
+        let labels = match key {
+            "picture.background" => ["r ", "g ", "b "],
+            _ => ["x ", "y ", "z "],
+        };
+        for ((component, axis), label) in components.iter_mut().zip(axes).zip(labels) {
+            ui.add(
+                egui::DragValue::new(component)
+                    .range(range.0..=range.1)
+                    .speed(0.01)
+                    .custom_formatter(|number, decimals| match is_double {
+                        true => in_full(number, decimals),
+                        false => egui::emath::format_with_decimals_in_range(number, decimals),
+                    })
+                    .custom_parser(reader(ui, parse_number))
+                    .update_while_editing(false)
+                    .prefix(label),
+            )
+            .marked(&format!("{key}.{axis}"));
+        }
+    });
 }
 
 fn slider<T>(
@@ -346,6 +351,31 @@ fn slider<T>(
         (number.set)(value, now);
     }
     changed
+}
+
+/// A switch for a value of an object's own, and its slider. Without one the `shared` value holds. Returns the own value, if any.
+fn own_slider<T>(
+    ui: &mut Ui,
+    key: &str,
+    own: &Own<T>,
+    before: Option<f64>,
+    shared: f64,
+) -> Option<f64> {
+    let mut has = before.is_some();
+    let (low, high) = own.slider;
+    // An own value begins as the value in effect.
+    let mut now = before.unwrap_or(shared);
+    theme::switch(ui, &mut has, "of its own")
+        .on_hover_text("Otherwise the scene's value holds here too.")
+        .marked(&format!("{key}:own"));
+    if has {
+        let slider = Slider::new(&mut now, low..=high)
+            .logarithmic(own.scale == Scale::Logarithmic)
+            .clamping(SliderClamping::Never);
+        let (slider, parse) = with_steps(slider, own.integer, own.slider);
+        wide_slider(ui, slider, parse).marked(key);
+    }
+    has.then_some(now)
 }
 
 /// A slider that stops at whole numbers, or at any, and how its text is read.

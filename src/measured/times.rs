@@ -110,11 +110,60 @@ pub fn between_kernels(report: &gpu::Report) -> f64 {
 /// The table: kernel, dispatches a step, mean, median, 95th percentile, standard deviation, least and most, share, bytes,
 /// throughput; what lies between kernels; the whole step; and what bytes are compared with.
 pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
+    let step = &report.step;
+    // Enough digits to distinguish kernels on fast devices, too.
+    let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
+    let mut cells = vec![header(run).map(str::to_owned)];
+    let rows = match run {
+        Run::Overlapping => Vec::new(),
+        Run::Step | Run::Kernel => rows(report, of),
+    };
+    for (row, times) in rows.iter().zip(&report.rows) {
+        cells.push(cells_of_kernel(row, times, run, decimals));
+    }
+    let is_rare = |row: &gpu::Row| row.steps < report.steps;
+    let rare = if run == Run::Step && report.rows.iter().any(is_rare) {
+        "Of kernels that not every step has the mean is over all steps, and all else over the steps that have them.\n"
+    } else {
+        ""
+    };
+    let notes = notes(of);
+    if run == Run::Kernel {
+        let mut text = aligned(&cells, None);
+        let _ = writeln!(
+            text,
+            "GPU time of {}, nothing else between them.",
+            counted(report.steps, "run", "runs")
+        );
+        return text + &notes;
+    }
+    if run == Run::Step {
+        let between = between_kernels(report);
+        cells.push(std::array::from_fn(|column| match column {
+            0 => "between kernels".to_owned(),
+            2 => milliseconds(between, decimals),
+            8 => format!("{:.1} %", 100.0 * between / step.mean_ms),
+            _ => String::new(),
+        }));
+    }
+    cells.push(cells_of_step(step, decimals));
+    let mut text = aligned(&cells, Some(cells.len() - 1));
+    let steps = counted(report.steps, "step", "steps");
+    if run == Run::Overlapping {
+        let _ = writeln!(text, "GPU time of {steps}, whose kernels may overlap.");
+        return text;
+    }
+    let _ = writeln!(text, "GPU time of {steps}.");
+    text + rare + &notes
+}
+
+/// The titles of the columns; empty where one does not apply to the run.
+fn header(run: Run) -> [&'static str; 12] {
     // A kernel alone has no share.
     let share = if run == Run::Step { "share" } else { "" };
     // These values do not apply to a whole step.
     let of_kernels = |title| if run == Run::Overlapping { "" } else { title };
-    let header = [
+    [
         of_kernels("kernel"),
         of_kernels("per step"),
         "mean ms",
@@ -127,47 +176,75 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         of_kernels("GB/s"),
         of_kernels("copy"),
         "throughput",
-    ];
-    let step = &report.step;
-    // Enough digits to distinguish kernels on fast devices, too.
-    let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
-    let milliseconds = |ms: f64| format!("{ms:.decimals$}");
-    let mut cells = vec![header.map(str::to_owned)];
-    let rows = match run {
-        Run::Overlapping => Vec::new(),
-        Run::Step | Run::Kernel => rows(report, of),
-    };
-    for (row, times) in rows.iter().zip(&report.rows) {
-        let throughput = row.throughput.as_ref();
-        let or_blank = |text: Option<String>| text.unwrap_or_default();
-        cells.push([
-            row.name.clone(),
-            short_count(row.dispatches_per_step),
-            milliseconds(times.time.mean_ms),
-            milliseconds(times.time.median_ms),
-            milliseconds(times.time.p95_ms),
-            milliseconds(times.time.std_ms),
-            milliseconds(times.time.min_ms),
-            milliseconds(times.time.max_ms),
-            match run {
-                Run::Step => format!("{:.1} %", 100.0 * times.share),
-                Run::Overlapping | Run::Kernel => String::new(),
-            },
-            or_blank(row.gigabytes_per_second.map(|rate| format!("{rate:.2}"))),
-            or_blank(
-                row.of_copy_bandwidth
-                    .map(|part| format!("{:.0} %", 100.0 * part)),
-            ),
-            or_blank(throughput.map(|rate| format!("{}{}/s", short(rate.per_second), rate.of))),
-        ]);
-    }
-    let is_rare = |row: &gpu::Row| row.steps < report.steps;
-    let rare = if run == Run::Step && report.rows.iter().any(is_rare) {
-        "Of kernels that not every step has the mean is over all steps, and all else over the steps that have them.\n"
-    } else {
-        ""
-    };
-    let mut copies = of.bandwidth.map_or(String::new(), |copy| {
+    ]
+}
+
+/// The cells of one kernel.
+fn cells_of_kernel(row: &KernelTime, times: &gpu::Row, run: Run, decimals: usize) -> [String; 12] {
+    let [mean, median, p95, std, min, max] = cells_of_times(&times.time, decimals);
+    let throughput = row.throughput.as_ref();
+    let or_blank = |text: Option<String>| text.unwrap_or_default();
+    [
+        row.name.clone(),
+        short_count(row.dispatches_per_step),
+        mean,
+        median,
+        p95,
+        std,
+        min,
+        max,
+        match run {
+            Run::Step => format!("{:.1} %", 100.0 * times.share),
+            Run::Overlapping | Run::Kernel => String::new(),
+        },
+        or_blank(row.gigabytes_per_second.map(|rate| format!("{rate:.2}"))),
+        or_blank(
+            row.of_copy_bandwidth
+                .map(|part| format!("{:.0} %", 100.0 * part)),
+        ),
+        or_blank(throughput.map(|rate| format!("{}{}/s", short(rate.per_second), rate.of))),
+    ]
+}
+
+/// The cells of the whole step.
+fn cells_of_step(step: &gpu::Statistics, decimals: usize) -> [String; 12] {
+    let [mean, median, p95, std, min, max] = cells_of_times(step, decimals);
+    [
+        "whole step".to_owned(),
+        String::new(),
+        mean,
+        median,
+        p95,
+        std,
+        min,
+        max,
+        String::new(),
+        String::new(),
+        String::new(),
+        format!("{}steps/s", short(1e3 / step.median_ms)),
+    ]
+}
+
+/// Mean, median, 95th percentile, standard deviation, least and most.
+fn cells_of_times(time: &gpu::Statistics, decimals: usize) -> [String; 6] {
+    [
+        time.mean_ms,
+        time.median_ms,
+        time.p95_ms,
+        time.std_ms,
+        time.min_ms,
+        time.max_ms,
+    ]
+    .map(|ms| milliseconds(ms, decimals))
+}
+
+fn milliseconds(ms: f64, decimals: usize) -> String {
+    format!("{ms:.decimals$}")
+}
+
+/// What lies below the table: what bytes are compared with, and how long the device was kept busy.
+fn notes(of: Of<'_>) -> String {
+    let mut notes = of.bandwidth.map_or(String::new(), |copy| {
         format!(
             "GB/s: bytes that must be read and written; copy: as part of what copies get through, which is\n\
              {:.1} GB/s (copies of {} MiB by {}, median of {}).\n",
@@ -183,7 +260,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     });
     if let Some(kept) = of.kept_busy {
         let _ = writeln!(
-            copies,
+            notes,
             "The device was kept busy for {:.1} s first{}.",
             kept.seconds,
             if kept.is_steady {
@@ -193,46 +270,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
             }
         );
     }
-    if run == Run::Kernel {
-        let mut text = aligned(&cells, None);
-        let _ = writeln!(
-            text,
-            "GPU time of {}, nothing else between them.",
-            counted(report.steps, "run", "runs")
-        );
-        return text + &copies;
-    }
-    if run == Run::Step {
-        let between = between_kernels(report);
-        cells.push(std::array::from_fn(|column| match column {
-            0 => "between kernels".to_owned(),
-            2 => milliseconds(between),
-            8 => format!("{:.1} %", 100.0 * between / step.mean_ms),
-            _ => String::new(),
-        }));
-    }
-    cells.push([
-        "whole step".to_owned(),
-        String::new(),
-        milliseconds(step.mean_ms),
-        milliseconds(step.median_ms),
-        milliseconds(step.p95_ms),
-        milliseconds(step.std_ms),
-        milliseconds(step.min_ms),
-        milliseconds(step.max_ms),
-        String::new(),
-        String::new(),
-        String::new(),
-        format!("{}steps/s", short(1e3 / step.median_ms)),
-    ]);
-    let mut text = aligned(&cells, Some(cells.len() - 1));
-    let steps = counted(report.steps, "step", "steps");
-    if run == Run::Overlapping {
-        let _ = writeln!(text, "GPU time of {steps}, whose kernels may overlap.");
-        return text;
-    }
-    let _ = writeln!(text, "GPU time of {steps}.");
-    text + rare + &copies
+    notes
 }
 
 /// `1`, or `0.25` for a kernel of every fourth step.

@@ -14,6 +14,8 @@ use crate::portable::{acos, cos, direction, tan};
 /// Columns of quads across a tooth, and across the gap between two.
 const TOOTH_COLUMNS: usize = 4;
 const GAP_COLUMNS: usize = 3;
+/// Columns across a tooth and a gap together.
+const COLUMNS: usize = TOOTH_COLUMNS + GAP_COLUMNS;
 /// Quads from a tooth's foot to its tip.
 const LEVELS: usize = 5;
 
@@ -116,12 +118,22 @@ impl Gear {
         });
         levels.collect()
     }
+
+    /// How many points a ring of the body has.
+    fn points_around(&self) -> usize {
+        self.teeth as usize * COLUMNS
+    }
+
+    /// The index of point `i` of a ring of the body.
+    fn body_point(&self, ring: usize, i: usize) -> usize {
+        let around = self.points_around();
+        ring * around + i % around
+    }
 }
 
 /// The mesh of a toothed wheel.
 #[must_use]
 pub fn gear(gear: &Gear) -> Mesh {
-    let teeth = gear.teeth as usize;
     let levels = gear.levels();
     let foot = levels[0][0];
     let body_end = if gear.is_ring {
@@ -129,78 +141,18 @@ pub fn gear(gear: &Gear) -> Mesh {
     } else {
         gear.bore
     };
-    let columns = TOOTH_COLUMNS + GAP_COLUMNS;
-    let column_width = gear.pitch() * 0.5 * (foot + body_end) / columns as f64;
+    let column_width = gear.pitch() * 0.5 * (foot + body_end) / COLUMNS as f64;
     let rings = ((foot - body_end).abs() / column_width)
         .round()
         .clamp(1.0, 64.0) as usize;
 
-    // The flat side, as points in the plane: the body's rings from its end to the foot circle, then the teeth.
     let mut flat = Flat::default();
-    let place = |angle: f64, distance: f64| distance * direction(angle);
-    for ring in 0..=rings {
-        let share = ring as f64 / rings as f64;
-        let distance = body_end + share * (foot - body_end);
-        for tooth in 0..teeth {
-            for column in 0..columns {
-                // Even at the body's end, as the teeth have it at the foot circle.
-                let even =
-                    (column as f64 - 0.5 * TOOTH_COLUMNS as f64) / columns as f64 * gear.pitch();
-                let half = levels[0][1];
-                let wanted = if column <= TOOTH_COLUMNS {
-                    half * (2.0 * column as f64 / TOOTH_COLUMNS as f64 - 1.0)
-                } else {
-                    half + (gear.pitch() - 2.0 * half) * (column - TOOTH_COLUMNS) as f64
-                        / GAP_COLUMNS as f64
-                };
-                let angle = gear.pitch() * tooth as f64 + even + share * share * (wanted - even);
-                flat.points.push(place(angle, distance));
-            }
-        }
+    flat.add_body(gear, levels[0], body_end, rings);
+    for tooth in 0..gear.teeth as usize {
+        flat.add_tooth(gear, &levels, rings, tooth);
     }
-    let around = teeth * columns;
-    let body = |ring: usize, i: usize| ring * around + i % around;
-    for ring in 0..rings {
-        for i in 0..around {
-            flat.quads.push([
-                body(ring, i),
-                body(ring + 1, i),
-                body(ring + 1, i + 1),
-                body(ring, i + 1),
-            ]);
-        }
-    }
-    let mut outline = Vec::new();
-    for tooth in 0..teeth {
-        let first = flat.points.len();
-        for [distance, half] in &levels[1..] {
-            for column in 0..=TOOTH_COLUMNS {
-                let aside = half * (2.0 * column as f64 / TOOTH_COLUMNS as f64 - 1.0);
-                flat.points
-                    .push(place(gear.pitch() * tooth as f64 + aside, *distance));
-            }
-        }
-        let at = |level: usize, column: usize| match level {
-            0 => body(rings, tooth * columns + column),
-            _ => first + (level - 1) * (TOOTH_COLUMNS + 1) + column,
-        };
-        for level in 0..LEVELS {
-            for column in 0..TOOTH_COLUMNS {
-                flat.quads.push([
-                    at(level, column),
-                    at(level + 1, column),
-                    at(level + 1, column + 1),
-                    at(level, column + 1),
-                ]);
-            }
-        }
-        outline.extend((0..LEVELS).map(|level| at(level, 0)));
-        outline.extend((0..TOOTH_COLUMNS).map(|column| at(LEVELS, column)));
-        outline.extend((1..=LEVELS).rev().map(|level| at(level, TOOTH_COLUMNS)));
-        let gap = TOOTH_COLUMNS..columns;
-        outline.extend(gap.map(|column| body(rings, tooth * columns + column)));
-    }
-    let end: Vec<usize> = (0..around).map(|i| body(0, i)).collect();
+    // The body's first ring.
+    let end: Vec<usize> = (0..gear.points_around()).collect();
     let chamfer = CHAMFER * gear.module();
     let layers = (gear.thickness / (1.2 * column_width))
         .round()
@@ -214,7 +166,7 @@ pub fn gear(gear: &Gear) -> Mesh {
         is_flipped: gear.is_ring,
     };
     // The flat sides end where the chamfer begins.
-    for (line, inwards) in [(&outline, 1.0), (&end, -1.0)] {
+    for (line, inwards) in [(&flat.outline, 1.0), (&end, -1.0)] {
         let inwards = if gear.is_ring { -inwards } else { inwards };
         for (&point, moved) in line
             .iter()
@@ -224,17 +176,88 @@ pub fn gear(gear: &Gear) -> Mesh {
         }
     }
     solid.flats(&flat.quads);
-    solid.wall(&flat.points, &outline, false);
+    solid.wall(&flat.points, &flat.outline, false);
     solid.wall(&flat.points, &end, true);
     solid
         .builder
         .finish(if gear.is_ring { "ring_gear" } else { "gear" })
 }
 
+/// The flat side, as points in the plane: the body's rings from its end to the foot circle, then the teeth.
 #[derive(Default)]
 struct Flat {
     points: Vec<DVec2>,
     quads: Vec<[usize; 4]>,
+    /// The points along the teeth and the gaps between them, counterclockwise.
+    outline: Vec<usize>,
+}
+
+impl Flat {
+    /// Adds the rings of the body from `end`, a distance from the axis, to the foot circle, where a tooth takes twice the angle `half`.
+    fn add_body(&mut self, gear: &Gear, [foot, half]: [f64; 2], end: f64, rings: usize) {
+        for ring in 0..=rings {
+            let share = ring as f64 / rings as f64;
+            let distance = end + share * (foot - end);
+            for tooth in 0..gear.teeth as usize {
+                for column in 0..COLUMNS {
+                    // Even at the body's end, as the teeth have it at the foot circle.
+                    let even = (column as f64 - 0.5 * TOOTH_COLUMNS as f64) / COLUMNS as f64
+                        * gear.pitch();
+                    let wanted = if column <= TOOTH_COLUMNS {
+                        half * (2.0 * column as f64 / TOOTH_COLUMNS as f64 - 1.0)
+                    } else {
+                        half + (gear.pitch() - 2.0 * half) * (column - TOOTH_COLUMNS) as f64
+                            / GAP_COLUMNS as f64
+                    };
+                    let angle =
+                        gear.pitch() * tooth as f64 + even + share * share * (wanted - even);
+                    self.points.push(distance * direction(angle));
+                }
+            }
+        }
+        for ring in 0..rings {
+            for i in 0..gear.points_around() {
+                self.quads.push([
+                    gear.body_point(ring, i),
+                    gear.body_point(ring + 1, i),
+                    gear.body_point(ring + 1, i + 1),
+                    gear.body_point(ring, i + 1),
+                ]);
+            }
+        }
+    }
+
+    /// Adds a tooth on the body's last ring, and continues the outline along it and the gap behind it.
+    fn add_tooth(&mut self, gear: &Gear, levels: &[[f64; 2]], rings: usize, tooth: usize) {
+        let first = self.points.len();
+        for [distance, half] in &levels[1..] {
+            for column in 0..=TOOTH_COLUMNS {
+                let aside = half * (2.0 * column as f64 / TOOTH_COLUMNS as f64 - 1.0);
+                let angle = gear.pitch() * tooth as f64 + aside;
+                self.points.push(*distance * direction(angle));
+            }
+        }
+        let foot = |column: usize| gear.body_point(rings, tooth * COLUMNS + column);
+        let at = |level: usize, column: usize| match level {
+            0 => foot(column),
+            _ => first + (level - 1) * (TOOTH_COLUMNS + 1) + column,
+        };
+        for level in 0..LEVELS {
+            for column in 0..TOOTH_COLUMNS {
+                self.quads.push([
+                    at(level, column),
+                    at(level + 1, column),
+                    at(level + 1, column + 1),
+                    at(level, column + 1),
+                ]);
+            }
+        }
+        let outline = &mut self.outline;
+        outline.extend((0..LEVELS).map(|level| at(level, 0)));
+        outline.extend((0..TOOTH_COLUMNS).map(|column| at(LEVELS, column)));
+        outline.extend((1..=LEVELS).rev().map(|level| at(level, TOOTH_COLUMNS)));
+        outline.extend((TOOTH_COLUMNS..COLUMNS).map(foot));
+    }
 }
 
 /// The points of a closed line that runs counterclockwise, moved to its left.

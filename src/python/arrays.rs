@@ -2,7 +2,7 @@
 //! their number changes there is as much again.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Affine3A, DMat4, Vec3};
+use glam::{Affine3A, DMat4, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::export::corners;
@@ -21,7 +21,8 @@ const PART: usize = 1 << 18;
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub struct Row {
-    position: [f32; 3],
+    /// Far from the world's origin single precision has too few digits.
+    position: [f64; 3],
     heading: [f32; 3],
     texel: [f32; 2],
     uv: [f32; 2],
@@ -29,6 +30,7 @@ pub struct Row {
     object: i32,
     pending: f32,
     fed: i32,
+    pad0: i32,
 }
 
 /// Fills a row for each living particle, in the order of their ids.
@@ -37,7 +39,7 @@ pub struct Row {
 /// When the device is lost or its memory is full, or there are not as many rows as living particles.
 pub fn fill_particles(simulation: &Simulation, rows: &mut [Row]) -> Result<()> {
     let (setup, poses) = (simulation.setup(), simulation.world_from_object());
-    let origin = setup.origin().as_vec3();
+    let origin = setup.origin();
     let (ctx, state) = (simulation.ctx(), simulation.state());
     let count = state.particles.len();
     let len = rows.len();
@@ -86,7 +88,7 @@ pub fn fill_particles(simulation: &Simulation, rows: &mut [Row]) -> Result<()> {
 fn row(
     setup: &Setup,
     poses: &[Affine3A],
-    origin: Vec3,
+    origin: DVec3,
     particle: &Particle,
     motion: &Motion,
 ) -> Row {
@@ -96,7 +98,7 @@ fn row(
     let frame = Frame::of(&setup.surface, triangle);
     let heading = f64::from(motion.heading_p) * frame.p + f64::from(motion.heading_h) * frame.h;
     Row {
-        position: (place(setup, pose, triangle, u, v) + origin).to_array(),
+        position: (place(setup, pose, triangle, u, v).as_dvec3() + origin).to_array(),
         heading: pose.transform_vector3(heading.as_vec3()).to_array(),
         texel: setup.atlas.position_of(triangle, u, v).to_array(),
         uv: [u, v],
@@ -104,6 +106,7 @@ fn row(
         object: object as i32,
         pending: motion.pending,
         fed: motion.fed() as i32,
+        pad0: 0,
     }
 }
 
@@ -130,16 +133,16 @@ pub fn of_owners(setup: &Setup, value: impl Fn(u32) -> u32) -> Vec<i32> {
 }
 
 /// The place of each owned texel in world coordinates, not a number for the others.
-pub fn texel_places(simulation: &Simulation) -> Vec<[f32; 3]> {
+pub fn texel_places(simulation: &Simulation) -> Vec<[f64; 3]> {
     let (setup, poses) = (simulation.setup(), simulation.world_from_object());
-    let origin = setup.origin().as_vec3();
+    let origin = setup.origin();
     let places = (0..setup.atlas.owner.len() as u32).into_par_iter();
     let places = places.map(|texel| match setup.atlas.surface_point_of(texel) {
         Some((triangle, u, v)) => {
             let object = setup.surface.triangles[triangle as usize].object as usize;
-            (place(setup, &poses[object], triangle, u, v) + origin).to_array()
+            (place(setup, &poses[object], triangle, u, v).as_dvec3() + origin).to_array()
         }
-        None => [f32::NAN; 3],
+        None => [f64::NAN; 3],
     });
     rows_of(setup, &places.collect::<Vec<_>>())
 }

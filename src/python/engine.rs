@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DMat4, DVec3, UVec2};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods as _, PyReadonlyArray2, ToPyArray as _};
+use pyo3::IntoPyObjectExt as _;
 use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -22,8 +23,8 @@ use crate::mesh::surface::NONE;
 use crate::render::mean::Mean;
 use crate::render::{Offscreen, Renderer, View, offscreen};
 use crate::scene::file::Reader;
-use crate::scene::parameters;
-use crate::scene::settings::Settings;
+use crate::scene::parameters::{self, Form};
+use crate::scene::settings::{Part, Settings};
 use crate::scene::{Overrides, Scene, SceneError};
 use crate::sim::areas::{GREATEST, NO_GO};
 use crate::sim::checkpoint::Checkpoint;
@@ -46,7 +47,7 @@ const WIDEST: u32 = 65_536;
 pub type Arrays<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, i64>);
 
 /// The measures of an object: particles, mean trail, covered share, length.
-type Part = (u64, f64, f64, f64);
+type OfObject = (u64, f64, f64, f64);
 
 /// A scene on a device.
 struct Running {
@@ -202,7 +203,11 @@ impl Engine {
         let value = self.with(py, |running| {
             Ok(value_of(running.simulation.settings(), key))
         })?;
-        from_text(py, &value?)
+        let value = value?;
+        match parameters::form_of(key) {
+            Some(Form::Text) => value.into_bound_py_any(py),
+            _ => from_text(py, &value),
+        }
     }
 
     /// Changes parameters together, from the next step or picture on.
@@ -371,7 +376,7 @@ impl Engine {
     }
 
     /// The place of each texel in world coordinates, not a number where there is none, (texels, texels, 3).
-    fn texel_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
+    fn texel_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let (places, side) = self.with(py, |running| {
             let side = running.simulation.setup().atlas.size as usize;
             Ok((arrays::texel_places(&running.simulation), side))
@@ -382,7 +387,7 @@ impl Engine {
             .reshape([side, side, 3])
     }
 
-    /// Fills the memory of an array of particles: a row of 56 bytes for each that is alive, in the order of their ids.
+    /// Fills the memory of an array of particles: a row of 72 bytes for each that is alive, in the order of their ids.
     fn fill_particles(&self, py: Python<'_>, rows: &Bound<'_, PyArray1<u8>>) -> PyResult<()> {
         let mut rows = rows.readwrite();
         let bytes = rows.as_slice_mut()?;
@@ -393,24 +398,29 @@ impl Engine {
         })
     }
 
-    /// Vertices of the surface in object coordinates, scaled, (vertices, 3), and corners of its triangles, (triangles, 3).
+    /// Vertices of the surface in scaled object coordinates, as in files, (vertices, 3), and corners of its triangles, (triangles, 3).
     #[expect(clippy::type_complexity, reason = "two arrays")]
     fn surface<'py>(
         &self,
         py: Python<'py>,
     ) -> PyResult<(
-        Bound<'py, PyArray2<f32>>,
+        Bound<'py, PyArray2<f64>>,
         Bound<'py, PyArray2<i32>>,
         Vec<[u32; 2]>,
     )> {
         let (vertices, corners, ranges) = self.with(py, |running| {
-            let surface = &running.scene.surface;
-            let vertices = surface.positions.iter().map(|place| place.to_array());
+            let (surface, origins) = (&running.scene.surface, &running.scene.origins);
+            let vertices = surface.objects.iter().zip(origins);
+            let vertices = vertices.flat_map(|(range, origins)| {
+                let own = range.vertices.0 as usize..range.vertices.1 as usize;
+                let own = surface.positions[own].iter();
+                own.map(|place| (place.as_dvec3() + origins.surface).to_array())
+            });
             let corners = surface.corners.iter();
             let corners = corners.map(|corners| corners.map(|corner| corner as i32));
             let parts = surface.objects.iter();
             let ranges = parts.map(|range| [range.vertices.0, range.vertices.1]);
-            let vertices: Vec<[f32; 3]> = vertices.collect();
+            let vertices: Vec<[f64; 3]> = vertices.collect();
             let corners: Vec<[i32; 3]> = corners.collect();
             Ok((vertices, corners, ranges.collect()))
         })?;
@@ -424,7 +434,7 @@ impl Engine {
     }
 
     /// The measures of the network as JSON, and those of each object.
-    fn measures(&self, py: Python<'_>) -> PyResult<(String, Vec<Part>)> {
+    fn measures(&self, py: Python<'_>) -> PyResult<(String, Vec<OfObject>)> {
         self.with(py, |running| {
             let simulation = &running.simulation;
             let network = Network::of(&simulation.snapshot()?, simulation.setup());
@@ -791,6 +801,12 @@ fn draw(
     if let Some(why) = settings.picture.show.why_not(&settings) {
         return Err(Error::Invalid(format!(
             "the view {} cannot be shown: {why}",
+            settings.picture.show.title()
+        )));
+    }
+    if settings.picture.show.has(Part::Distances) && simulation.state().near.reach == 0.0 {
+        return Err(Error::Invalid(format!(
+            "the view {} cannot be shown yet: distances are taken by a step; call step() first",
             settings.picture.show.title()
         )));
     }

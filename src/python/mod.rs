@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::scene::builtin;
-use crate::scene::parameters::{Effect, PARAMETERS, Parameter};
+use crate::scene::parameters::{Effect, Form, PARAMETERS, Parameter, form_of};
 use values::from_text;
 
 /// The compiled part of the package `myxo`.
@@ -24,10 +24,12 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("DeviceError", module.py().get_type::<errors::DeviceError>())?;
     module.add("NO_GO", crate::sim::areas::NO_GO)?;
     module.add("version", env!("CARGO_PKG_VERSION"))?;
+    module.add("arithmetic", crate::sim::arithmetic::VERSION)?;
     module.add("LONGEST_SIDE", crate::sweep::LONGEST_SIDE)?;
     module.add_function(wrap_pyfunction!(scenes, module)?)?;
     module.add_function(wrap_pyfunction!(presets, module)?)?;
     module.add_function(wrap_pyfunction!(parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(is_whole, module)?)?;
     module.add_function(wrap_pyfunction!(encode_png, module)?)?;
     module.add_class::<sweep::Folder>()?;
     module.add_function(wrap_pyfunction!(sweep::read_study, module)?)?;
@@ -70,6 +72,12 @@ fn parameters(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         Ok(row)
     };
     PARAMETERS.iter().map(row).collect()
+}
+
+/// Are the values of a key whole numbers?
+#[pyfunction]
+fn is_whole(key: &str) -> bool {
+    form_of(key) == Some(Form::Whole)
 }
 
 /// A picture, (height, width, 4), as a PNG file.

@@ -505,34 +505,7 @@ fn set<T>(
     typed: bool,
 ) -> Option<Refusal> {
     let Some(parameter) = table.iter().find(|parameter| parameter.key == key) else {
-        let component = key
-            .rsplit_once('.')
-            .and_then(|(vector, i)| Some((vector, i.parse::<usize>().ok()?)));
-        let Some((vector, i)) = component else {
-            return Some(Refusal::Unknown);
-        };
-        let Some(parameter) = table.iter().find(|parameter| parameter.key == vector) else {
-            return Some(Refusal::Unknown);
-        };
-        let Kind::Vector {
-            range, get, set, ..
-        } = &parameter.kind
-        else {
-            return Some(Refusal::Unknown);
-        };
-        let mut components = get(target);
-        let Some(component) = components.get_mut(i) else {
-            return Some(Refusal::Unknown);
-        };
-        let Some(number) = number(value) else {
-            return Some(wrong_type(full, "a number", value));
-        };
-        if !inside(number, *range) {
-            return Some(out(full, value, parameter));
-        }
-        *component = number;
-        set(target, components);
-        return None;
+        return set_component(table, target, key, full, value);
     };
     match &parameter.kind {
         Kind::Number(number_kind) => match read_number(value, number_kind.integer) {
@@ -543,16 +516,7 @@ fn set<T>(
         Kind::Choice { words, set, .. } => match value {
             DeValue::String(word) => match words.iter().position(|candidate| candidate == word) {
                 Some(i) => set(target, i),
-                None => {
-                    let nearest = nearest(word, words.iter().copied())
-                        .map_or(String::new(), |nearest| {
-                            format!("; did you mean {nearest}?")
-                        });
-                    return Some(Refusal::Wrong(format!(
-                        "{full} = \"{word}\": it can be {}{nearest}",
-                        any_of(words)
-                    )));
-                }
+                None => return Some(wrong_word(full, word, words)),
             },
             other => {
                 return Some(wrong_type(
@@ -589,6 +553,55 @@ fn set<T>(
         },
     }
     None
+}
+
+/// Sets one component of a vector of `target`: `key` is the vector's, with the component's index behind it.
+fn set_component<T>(
+    table: &[Parameter<T>],
+    target: &mut T,
+    key: &str,
+    full: &str,
+    value: &DeValue<'_>,
+) -> Option<Refusal> {
+    let component = key
+        .rsplit_once('.')
+        .and_then(|(vector, i)| Some((vector, i.parse::<usize>().ok()?)));
+    let Some((vector, i)) = component else {
+        return Some(Refusal::Unknown);
+    };
+    let Some(parameter) = table.iter().find(|parameter| parameter.key == vector) else {
+        return Some(Refusal::Unknown);
+    };
+    let Kind::Vector {
+        range, get, set, ..
+    } = &parameter.kind
+    else {
+        return Some(Refusal::Unknown);
+    };
+    let mut components = get(target);
+    let Some(component) = components.get_mut(i) else {
+        return Some(Refusal::Unknown);
+    };
+    let Some(number) = number(value) else {
+        return Some(wrong_type(full, "a number", value));
+    };
+    if !inside(number, *range) {
+        return Some(out(full, value, parameter));
+    }
+    *component = number;
+    set(target, components);
+    None
+}
+
+/// The problem that a parameter does not have a word.
+fn wrong_word(full: &str, word: &str, words: &[&str]) -> Refusal {
+    let nearest = nearest(word, words.iter().copied()).map_or(String::new(), |nearest| {
+        format!("; did you mean {nearest}?")
+    });
+    Refusal::Wrong(format!(
+        "{full} = \"{word}\": it can be {}{nearest}",
+        any_of(words)
+    ))
 }
 
 /// A number, or what is expected in its place.

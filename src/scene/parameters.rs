@@ -20,7 +20,7 @@ pub use idle::{why_idle, why_object_idle};
 pub use objects::OBJECT_PARAMETERS;
 pub use pulse::PULSE_PARAMETERS;
 pub use table::{MOST_RADIUS, PARAMETERS};
-pub use values::value_of;
+pub use values::{Form, form_of, value_of};
 
 /// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings),
 /// [`FoodSettings`](super::settings::FoodSettings) and [`PulseSettings`](super::settings::PulseSettings) for the keys of one `[[object]]`,

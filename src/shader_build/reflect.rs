@@ -2,7 +2,9 @@
 //! constants, the group size and the layout of every struct.
 
 use spirq::ReflectConfig;
-use spirq::ty::{AccessType, DescriptorType, ScalarType, SpirvType, StructType, Type};
+use spirq::ty::{
+    AccessType, DescriptorType, ScalarType, SpirvType, StorageImageType, StructType, Type,
+};
 use spirq::var::Variable;
 
 use super::model::{
@@ -37,76 +39,80 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
         warnings: Vec::new(),
     };
     if stage == Stage::Compute {
-        if raw.group_size[1] != 1 || raw.group_size[2] != 1 {
-            return Err(
-                "groups are one-dimensional: leave out local_size_y and local_size_z".to_owned(),
-            );
-        }
-        if raw.uses_global_invocation_id {
-            return Err("gl_GlobalInvocationID.x is wrong past 65,535 groups: include index.glsl and use invocation_index()".to_owned());
-        }
+        check_compute(&raw)?;
     }
     for var in &entry.vars {
-        match var {
-            Variable::Descriptor {
-                name,
-                desc_bind,
-                desc_ty,
-                ty,
-                nbind,
-            } => {
-                if desc_bind.set() != 0 {
-                    return Err(format!("binding {desc_bind}: every descriptor is in set 0"));
-                }
-                if *nbind != 1 {
-                    return Err(format!(
-                        "binding {desc_bind}: arrays of descriptors are not on every device"
-                    ));
-                }
-                let number = desc_bind.bind();
-                if block_name(ty).is_some_and(|n| n == DEBUG_BLOCK) {
-                    shader.debug_binding = Some(number);
-                } else {
-                    let mut binding =
-                        binding(number, name.as_deref(), desc_ty, ty, &mut shader.structs)
-                            .map_err(|e| format!("binding {number}: {e}"))?;
-                    binding.is_paged = source::is_paged(text, &binding.name);
-                    if binding.resource == Resource::Sampled && stage != Stage::Compute {
-                        return Err(format!("binding {number}: only kernels sample images"));
-                    }
-                    shader.bindings.push(binding);
-                }
-            }
-            Variable::PushConstant { ty, .. } => {
-                let Type::Struct(block) = ty else {
-                    return Err("push constants are a block".to_owned());
-                };
-                shader.params = Some(params(block, &mut shader.structs)?);
-            }
-            Variable::SpecConstant { name, spec_id, ty } => {
-                let name = name
-                    .clone()
-                    .ok_or_else(|| format!("specialization constant {spec_id} has no name"))?;
-                let ty = shared_type(ty, &mut shader.structs)
-                    .map_err(|e| format!("constant {name}: {e}"))?;
-                let default = *raw
-                    .defaults
-                    .get(spec_id)
-                    .ok_or_else(|| format!("constant {name} has no default"))?;
-                shader.constants.push(Constant {
-                    id: *spec_id,
-                    name,
-                    ty,
-                    default,
-                });
-            }
-            Variable::Input { .. } | Variable::Output { .. } => {}
-        }
+        add(&mut shader, var, &raw, text)?;
     }
     shader.bindings.sort_by_key(|b| b.number);
     shader.constants.sort_by_key(|c| c.id);
-    if let Some(pair) = shader
-        .bindings
+    check_distinct(&shader.bindings)?;
+    Ok(shader)
+}
+
+/// Refuses groups and indices that are wrong in dispatches.
+fn check_compute(raw: &RawModule) -> Result<(), String> {
+    if raw.group_size[1] != 1 || raw.group_size[2] != 1 {
+        return Err(
+            "groups are one-dimensional: leave out local_size_y and local_size_z".to_owned(),
+        );
+    }
+    if raw.uses_global_invocation_id {
+        return Err("gl_GlobalInvocationID.x is wrong past 65,535 groups: include index.glsl and use invocation_index()".to_owned());
+    }
+    Ok(())
+}
+
+/// Adds a variable of the module to what is known of its shader.
+fn add(shader: &mut Shader, var: &Variable, raw: &RawModule, text: &str) -> Result<(), String> {
+    match var {
+        Variable::Descriptor {
+            name,
+            desc_bind,
+            desc_ty,
+            ty,
+            nbind,
+        } => {
+            if desc_bind.set() != 0 {
+                return Err(format!("binding {desc_bind}: every descriptor is in set 0"));
+            }
+            if *nbind != 1 {
+                return Err(format!(
+                    "binding {desc_bind}: arrays of descriptors are not on every device"
+                ));
+            }
+            let number = desc_bind.bind();
+            if block_name(ty).is_some_and(|n| n == DEBUG_BLOCK) {
+                shader.debug_binding = Some(number);
+            } else {
+                let mut binding =
+                    binding(number, name.as_deref(), desc_ty, ty, &mut shader.structs)
+                        .map_err(|e| format!("binding {number}: {e}"))?;
+                binding.is_paged = source::is_paged(text, &binding.name);
+                if binding.resource == Resource::Sampled && shader.stage != Stage::Compute {
+                    return Err(format!("binding {number}: only kernels sample images"));
+                }
+                shader.bindings.push(binding);
+            }
+        }
+        Variable::PushConstant { ty, .. } => {
+            let Type::Struct(block) = ty else {
+                return Err("push constants are a block".to_owned());
+            };
+            shader.params = Some(params(block, &mut shader.structs)?);
+        }
+        Variable::SpecConstant { name, spec_id, ty } => {
+            let constant = constant(*spec_id, name.as_deref(), ty, raw, &mut shader.structs)?;
+            shader.constants.push(constant);
+        }
+        Variable::Input { .. } | Variable::Output { .. } => {}
+    }
+    Ok(())
+}
+
+/// Refuses two bindings of one number or of one name. They are sorted by number.
+fn check_distinct(bindings: &[Binding]) -> Result<(), String> {
+    if let Some(pair) = bindings
         .windows(2)
         .find(|pair| pair[0].number == pair[1].number)
     {
@@ -115,12 +121,12 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
             pair[0].number, pair[0].name, pair[1].name
         ));
     }
-    let mut names: Vec<&str> = shader.bindings.iter().map(|b| b.name.as_str()).collect();
+    let mut names: Vec<&str> = bindings.iter().map(|b| b.name.as_str()).collect();
     names.sort_unstable();
     if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(format!("two bindings are called {}", pair[0]));
     }
-    Ok(shader)
+    Ok(())
 }
 
 fn block_name(ty: &Type) -> Option<&str> {
@@ -135,41 +141,10 @@ fn binding(
     structs: &mut Vec<Struct>,
 ) -> Result<Binding, String> {
     let instance = instance.filter(|n| !n.is_empty());
-    match (descriptor, ty) {
+    let (name, access, resource) = match (descriptor, ty) {
         (DescriptorType::StorageBuffer(access), Type::Struct(block)) => {
-            let access = access_of(*access);
-            let (name, element) = match (instance, &block.members[..]) {
-                (_, [only]) => (instance.or(only.name.as_deref()), only.ty.clone()),
-                (Some(instance), _) => (Some(instance), ty.clone()),
-                (None, _) => {
-                    return Err("a block of several members needs an instance name".to_owned());
-                }
-            };
-            let name = name
-                .ok_or("the block has neither an instance name nor a named member")?
-                .to_owned();
-            let element = match &element {
-                Type::Array(array) if array.nelement.is_none() => {
-                    let element = shared_type(&array.element_ty, structs)?;
-                    let stride = array.stride.unwrap_or(0);
-                    if let Type::Struct(inner) = &*array.element_ty {
-                        fix_size(inner, stride, structs);
-                    } else if element.size().is_some_and(|size| size != stride) {
-                        return Err(format!(
-                            "{name}: its elements lie {stride} bytes apart and are smaller; use vec4 or a struct"
-                        ));
-                    }
-                    element
-                }
-                other => shared_type(other, structs)?,
-            };
-            Ok(Binding {
-                number,
-                name,
-                access,
-                resource: Resource::Storage(element),
-                is_paged: false,
-            })
+            let (name, element) = storage_block(instance, ty, block, structs)?;
+            (name, access_of(*access), Resource::Storage(element))
         }
         (DescriptorType::UniformTexelBuffer(), _) => {
             let scalar = match ty {
@@ -178,49 +153,81 @@ fn binding(
                 other => return Err(format!("{other:?} is no texel buffer")),
             };
             let name = instance.ok_or("a texel buffer needs a name")?.to_owned();
-            Ok(Binding {
-                number,
-                name,
-                access: Access::Read,
-                resource: Resource::Texels(scalar_type(scalar)?),
-                is_paged: false,
-            })
+            (name, Access::Read, Resource::Texels(scalar_type(scalar)?))
         }
         (DescriptorType::StorageTexelBuffer(access), Type::StorageImage(texels)) => {
-            // Numbers of SPIR-V's image formats.
-            let (scalar, components) = match texels.fmt as u32 {
-                1 => (Ty::F32, 4),
-                3 => (Ty::F32, 1),
-                30 => (Ty::U32, 4),
-                33 => (Ty::U32, 1),
-                _ => {
-                    return Err(format!(
-                        "{:?}: texels that are written are r32f, r32ui, rgba32f or rgba32ui",
-                        texels.fmt
-                    ));
-                }
-            };
-            Ok(Binding {
-                number,
-                name: instance.ok_or("a texel buffer needs a name")?.to_owned(),
-                access: access_of(*access),
-                resource: Resource::StorageTexels(scalar, components),
-                is_paged: false,
-            })
+            let (scalar, components) = texel_format(texels)?;
+            let name = instance.ok_or("a texel buffer needs a name")?.to_owned();
+            let resource = Resource::StorageTexels(scalar, components);
+            (name, access_of(*access), resource)
         }
         (DescriptorType::CombinedImageSampler(), Type::CombinedImageSampler(t))
             if scalar_type(&t.sampled_image_ty.scalar_ty) == Ok(Ty::F32) =>
         {
-            Ok(Binding {
-                number,
-                name: instance.ok_or("an image needs a name")?.to_owned(),
-                access: Access::Read,
-                resource: Resource::Sampled,
-                is_paged: false,
-            })
+            let name = instance.ok_or("an image needs a name")?.to_owned();
+            (name, Access::Read, Resource::Sampled)
         }
-        (other, _) => Err(format!(
-            "{other:?}: bind storage blocks, texel buffers or sampler2D"
+        (other, _) => {
+            return Err(format!(
+                "{other:?}: bind storage blocks, texel buffers or sampler2D"
+            ));
+        }
+    };
+    Ok(Binding {
+        number,
+        name,
+        access,
+        resource,
+        is_paged: false,
+    })
+}
+
+/// The host's name of a storage block, whose type is `ty`, and the type of an element.
+fn storage_block(
+    instance: Option<&str>,
+    ty: &Type,
+    block: &StructType,
+    structs: &mut Vec<Struct>,
+) -> Result<(String, Ty), String> {
+    let (name, element) = match (instance, &block.members[..]) {
+        (_, [only]) => (instance.or(only.name.as_deref()), only.ty.clone()),
+        (Some(instance), _) => (Some(instance), ty.clone()),
+        (None, _) => {
+            return Err("a block of several members needs an instance name".to_owned());
+        }
+    };
+    let name = name
+        .ok_or("the block has neither an instance name nor a named member")?
+        .to_owned();
+    let element = match &element {
+        Type::Array(array) if array.nelement.is_none() => {
+            let element = shared_type(&array.element_ty, structs)?;
+            let stride = array.stride.unwrap_or(0);
+            if let Type::Struct(inner) = &*array.element_ty {
+                fix_size(inner, stride, structs);
+            } else if element.size().is_some_and(|size| size != stride) {
+                return Err(format!(
+                    "{name}: its elements lie {stride} bytes apart and are smaller; use vec4 or a struct"
+                ));
+            }
+            element
+        }
+        other => shared_type(other, structs)?,
+    };
+    Ok((name, element))
+}
+
+/// The scalar of a texel that is written, and how many of them it has.
+fn texel_format(texels: &StorageImageType) -> Result<(Ty, u32), String> {
+    // Numbers of SPIR-V's image formats.
+    match texels.fmt as u32 {
+        1 => Ok((Ty::F32, 4)),
+        3 => Ok((Ty::F32, 1)),
+        30 => Ok((Ty::U32, 4)),
+        33 => Ok((Ty::U32, 1)),
+        _ => Err(format!(
+            "{:?}: texels that are written are r32f, r32ui, rgba32f or rgba32ui",
+            texels.fmt
         )),
     }
 }
@@ -256,6 +263,29 @@ fn params(block: &StructType, structs: &mut Vec<Struct>) -> Result<Struct, Strin
         name: block.name.clone().unwrap_or_default(),
         size,
         fields,
+    })
+}
+
+fn constant(
+    id: u32,
+    name: Option<&str>,
+    ty: &Type,
+    raw: &RawModule,
+    structs: &mut Vec<Struct>,
+) -> Result<Constant, String> {
+    let name = name
+        .ok_or_else(|| format!("specialization constant {id} has no name"))?
+        .to_owned();
+    let ty = shared_type(ty, structs).map_err(|e| format!("constant {name}: {e}"))?;
+    let default = *raw
+        .defaults
+        .get(&id)
+        .ok_or_else(|| format!("constant {name} has no default"))?;
+    Ok(Constant {
+        id,
+        name,
+        ty,
+        default,
     })
 }
 

@@ -75,6 +75,16 @@ struct Field {
     words: Vec<u32>,
 }
 
+impl Field {
+    fn new(name: &'static str, columns: &'static [(&'static str, As)], words: Vec<u32>) -> Self {
+        Self {
+            name,
+            columns,
+            words,
+        }
+    }
+}
+
 const FLOATS: &[(&str, As)] = &[("value", As::Float)];
 const COUNTS: &[(&str, As)] = &[("count", As::Number)];
 const CELLS: &[(&str, As)] = &[("cell", As::Number)];
@@ -318,102 +328,133 @@ impl Everything {
             particles.extend(words(&[self.particles[slot]]));
             particles.extend(words(&[self.motions[slot]]));
         }
-        let runs = |some: &[&str]| kernels.iter().any(|kernel| some.contains(kernel));
-        let mut fields = Vec::new();
-        let mut add = |name, columns, words| {
-            fields.push(Field {
-                name,
-                columns,
-                words,
-            });
+        let mut fields = match self.near {
+            Some(near) => near.fields(is_unfolded),
+            None => Vec::new(),
         };
-        if let Some(near) = self.near {
+        // Later the slots of transfers hold other particles.
+        if runs(kernels, &["transfer_out", "land_claim", "land_settle"]) {
+            let transfers = transfers_by_id(self.leaving, &self.particles);
+            fields.push(Field::new("transfers", TRANSFERS, words(&transfers)));
+        }
+        fields.extend([
+            Field::new("flow", FLOW, flow_words(&self.flow)),
+            Field::new("particles", PARTICLES, particles),
+            Field::new("deposits", COUNTS, self.deposits),
+            Field::new("previous deposits", COUNTS, self.previous_deposits),
+            Field::new("trail", FLOATS, words(&self.trail)),
+            Field::new("next trail", FLOATS, words(&self.next_trail)),
+            Field::new("meals", MEALS, self.meals),
+            Field::new("scent", FLOATS, words(&self.scent)),
+            Field::new("scent around", FLOATS, words(&self.around)),
+            Field::new("bias", FLOATS, words(&self.bias)),
+            Field::new("looks", FLOATS, words(&self.looks)),
+        ]);
+        fields.extend(self.crowd.fields(kernels, &slots, &self.motions));
+        fields.extend(self.growth.fields(kernels, &slots, &self.particles));
+        fields
+    }
+}
+
+impl Near {
+    fn fields(self, is_unfolded: bool) -> Vec<Field> {
+        let mut fields = vec![
+            Field::new("distances", FLOATS, words(&self.distances)),
+            Field::new("nearest", TRIANGLES, self.nearest),
+        ];
+        if is_unfolded {
             // Places across are defined for covered texels only.
             let covered = |values: &[u32]| -> Vec<u32> {
-                let both = values.iter().zip(&near.surroundings);
+                let both = values.iter().zip(&self.surroundings);
                 both.map(|(&value, around)| if around & COVERED == 0 { 0 } else { value })
                     .collect()
             };
-            let (across, triangles) = (covered(&near.across), covered(&near.across_triangles));
-            let marks = near.surroundings.iter().map(|&word| word.into()).collect();
-            add("distances", FLOATS, words(&near.distances));
-            add("nearest", TRIANGLES, near.nearest);
-            if is_unfolded {
-                add("surroundings", COUNTS, marks);
-                add("places across", COUNTS, across);
-                add("triangles across", TRIANGLES, triangles);
-            }
+            let (across, triangles) = (covered(&self.across), covered(&self.across_triangles));
+            let marks = self.surroundings.iter().map(|&word| u32::from(word));
+            fields.push(Field::new("surroundings", COUNTS, marks.collect()));
+            fields.push(Field::new("places across", COUNTS, across));
+            fields.push(Field::new("triangles across", TRIANGLES, triangles));
         }
-        // Later the slots of transfers hold other particles.
-        if runs(&["transfer_out", "land_claim", "land_settle"]) {
-            let mut transfers = self.leaving;
-            for transfer in &mut transfers {
-                transfer.particle = self.particles[transfer.particle as usize].id;
-            }
-            transfers.sort_by_key(|transfer| transfer.particle);
-            add("transfers", TRANSFERS, words(&transfers));
-        }
-        let f = self.flow;
-        let in_step = [f.wanted, f.leaving];
-        let so_far = [
-            f.left_over,
-            f.most_wanted,
-            f.refused,
-            f.selected,
-            f.arrived,
-            f.crossed,
-        ];
-        add("flow", FLOW, [&in_step[..], &so_far].concat());
-        add("particles", PARTICLES, particles);
-        add("deposits", COUNTS, self.deposits);
-        add("previous deposits", COUNTS, self.previous_deposits);
-        add("trail", FLOATS, words(&self.trail));
-        add("next trail", FLOATS, words(&self.next_trail));
-        add("meals", MEALS, self.meals);
-        add("scent", FLOATS, words(&self.scent));
-        add("scent around", FLOATS, words(&self.around));
-        add("bias", FLOATS, words(&self.bias));
-        add("looks", FLOATS, words(&self.looks));
-        let Crowd {
-            goals,
-            bids,
-            wishes,
-            claims,
-        } = self.crowd;
-        add("goals", WORDS, goals);
-        add("bids", WORDS, bids);
-        // Only `wish` writes these, one a slot; later the slots hold other particles.
-        if (runs(&["wish"]) || runs(&FORMS_OF_ADVANCE[1..])) && !claims.is_empty() {
-            // Dead particles wish nothing: what is there was another one's.
-            let living = slots.iter().filter(|&&slot| !self.motions[slot].is_dead());
-            let wishes: Vec<Particle> = living.map(|&slot| wishes[slot]).collect();
-            add("wishes", WISHES, words(&wishes));
-            let claims: Vec<UVec4> = slots.iter().map(|&slot| claims[slot]).collect();
-            add("claims", CLAIMS, words(&claims));
-        }
-        let growth = self.growth;
-        // Each birth has its place in this list by an id. What lies behind the last one is of earlier steps.
-        if runs(&["divide_list", "divide_begin"]) {
-            let born = growth.population[0].born as usize;
-            let born = born.min(growth.parents.len());
-            // They are slots, whose order differs from engine to engine.
-            let ids = growth.parents[..born]
-                .iter()
-                .map(|&slot| self.particles[slot as usize].id);
-            add("parents", CELLS, ids.collect());
-        }
-        // `divide` writes one a slot; later the slots hold other particles.
-        if runs(&["divide", "divide_settle", "divide_list", "divide_begin"]) {
-            let births = slots.iter().map(|&slot| growth.births[slot]).collect();
-            add("births", CELLS, births);
-        }
-        add("population", POPULATION, words(&growth.population));
-        add("occupants", COUNTS, growth.occupants);
-        add("nursery", WORDS, growth.nursery);
-        add("id marks", WORDS, growth.id_marks);
-        add("ids before", COUNTS, growth.ids_before);
         fields
     }
+}
+
+impl Crowd {
+    fn fields(self, kernels: &[&str], slots: &[usize], motions: &[Motion]) -> Vec<Field> {
+        let mut fields = vec![
+            Field::new("goals", WORDS, self.goals),
+            Field::new("bids", WORDS, self.bids),
+        ];
+        // Only `wish` writes these, one a slot; later the slots hold other particles.
+        let has_wished = runs(kernels, &["wish"]) || runs(kernels, &FORMS_OF_ADVANCE[1..]);
+        if has_wished && !self.claims.is_empty() {
+            // Dead particles wish nothing: what is there was another one's.
+            let living = slots.iter().filter(|&&slot| !motions[slot].is_dead());
+            let wishes: Vec<Particle> = living.map(|&slot| self.wishes[slot]).collect();
+            fields.push(Field::new("wishes", WISHES, words(&wishes)));
+            let claims: Vec<UVec4> = slots.iter().map(|&slot| self.claims[slot]).collect();
+            fields.push(Field::new("claims", CLAIMS, words(&claims)));
+        }
+        fields
+    }
+}
+
+impl Growth {
+    fn fields(self, kernels: &[&str], slots: &[usize], particles: &[Particle]) -> Vec<Field> {
+        let mut fields = Vec::new();
+        // Each birth has its place in this list by an id. What lies behind the last one is of earlier steps.
+        if runs(kernels, &["divide_list", "divide_begin"]) {
+            let born = self.population[0].born as usize;
+            let born = born.min(self.parents.len());
+            // They are slots, whose order differs from engine to engine.
+            let ids = self.parents[..born]
+                .iter()
+                .map(|&slot| particles[slot as usize].id);
+            fields.push(Field::new("parents", CELLS, ids.collect()));
+        }
+        // `divide` writes one a slot; later the slots hold other particles.
+        let divides = ["divide", "divide_settle", "divide_list", "divide_begin"];
+        if runs(kernels, &divides) {
+            let births = slots.iter().map(|&slot| self.births[slot]).collect();
+            fields.push(Field::new("births", CELLS, births));
+        }
+        fields.extend([
+            Field::new("population", POPULATION, words(&self.population)),
+            Field::new("occupants", COUNTS, self.occupants),
+            Field::new("nursery", WORDS, self.nursery),
+            Field::new("id marks", WORDS, self.id_marks),
+            Field::new("ids before", COUNTS, self.ids_before),
+        ]);
+        fields
+    }
+}
+
+/// Is one of these kernels among those that ran?
+fn runs(kernels: &[&str], some: &[&str]) -> bool {
+    kernels.iter().any(|kernel| some.contains(kernel))
+}
+
+/// Transfers with the ids of their particles in place of their slots, in the order of these ids.
+fn transfers_by_id(mut transfers: Vec<Transfer>, particles: &[Particle]) -> Vec<Transfer> {
+    for transfer in &mut transfers {
+        transfer.particle = particles[transfer.particle as usize].id;
+    }
+    transfers.sort_by_key(|transfer| transfer.particle);
+    transfers
+}
+
+/// The counters that both engines have.
+fn flow_words(f: &Flow) -> Vec<u32> {
+    let in_step = [f.wanted, f.leaving];
+    let so_far = [
+        f.left_over,
+        f.most_wanted,
+        f.refused,
+        f.selected,
+        f.arrived,
+        f.crossed,
+    ];
+    [&in_step[..], &so_far].concat()
 }
 
 fn words<T: Pod>(elements: &[T]) -> Vec<u32> {

@@ -29,74 +29,12 @@ pub fn carried(
     {
         return None;
     }
-    let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
-    let count = new.particles.len();
-    // Start places follow ids, so the ids that draw places on new objects were in one region before. Moving those would empty it. Instead
-    // every n-th particle moves; the places of these were spread over all objects.
-    let new_places: Vec<usize> = (0..count).filter(is_new).collect();
-    let new_place = |id: usize| {
-        let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;
-        (before(id + 1) > before(id)).then(|| new_places[before(id)])
-    };
-    let carry = |(particle, motion): (&Particle, &Motion)| {
-        let id = particle.id as usize;
-        let begins_at = |place: usize| {
-            let begins = Particle {
-                id: particle.id,
-                ..new.particles[place]
-            };
-            // Dead ones stay dead.
-            let begun = Motion {
-                flags: motion.flags & Motion::DEAD,
-                ..new.motions[place]
-            };
-            (begins, begun)
-        };
-        if let Some(place) = new_place(id) {
-            return begins_at(place);
-        }
-        let was = object_of(old, particle.triangle);
-        let Some(object) = to[was] else {
-            // For the same reason, each begins at the start place of another one.
-            return begins_at((id + count / 2) % count);
-        };
-        let triangle = particle.triangle - first(old, was) + first(new, object);
-        let length = |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].ab;
-        let grown = length(new, triangle) / length(old, particle.triangle);
-        let pending = motion.pending * grown;
-        let motion = Motion {
-            pending: if pending.is_finite() { pending } else { 0.0 },
-            ..*motion
-        };
-        (
-            Particle {
-                triangle,
-                ..*particle
-            },
-            motion,
-        )
-    };
-    let both = snapshot.particles.par_iter().zip(&snapshot.motions);
-    let (particles, motions): (Vec<Particle>, Vec<Motion>) = both.map(carry).unzip();
-
+    let (particles, motions) = carried_particles(snapshot, old, new, from, &to);
     let pitch = old.atlas.pitch;
     let trail = field(old, new, from, &|position| {
         trail_at(&snapshot.trail, position, pitch)
     });
-    // One deposit per living particle, as after every step; particles that stayed in it left none.
-    let mut deposits = vec![0; new.atlas.texel_count()];
-    if snapshot.step > 0 {
-        let all = particles.iter().zip(&motions);
-        for (particle, motion) in all.filter(|(_, motion)| motion.has_deposited()) {
-            let texel = new
-                .atlas
-                .texel_of(particle.triangle, particle.u, particle.v);
-            deposits[texel as usize] += match motion.fed() {
-                0 => 1,
-                _ => snapshot.food.fed_deposit,
-            };
-        }
-    }
+    let deposits = deposits_of(snapshot, new, &particles, &motions);
     let snapshot = &*snapshot.counted_from(new.origin());
     let last_poses = from.iter().zip(&new.poses);
     Some(Snapshot {
@@ -167,6 +105,99 @@ pub fn carried_looks(
     Some(field(old, new, from, &|position| {
         trail_at(looks, position, pitch).clamp(0.0, 1.0)
     }))
+}
+
+/// Particles and their motions on the surface of `new`, slot by slot. `to` is the inverse of `from`: for each object of `old` its index in
+/// `new`.
+fn carried_particles(
+    snapshot: &Snapshot,
+    old: &Setup,
+    new: &Setup,
+    from: &[Option<usize>],
+    to: &[Option<usize>],
+) -> (Vec<Particle>, Vec<Motion>) {
+    let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
+    let count = new.particles.len();
+    // Start places follow ids, so the ids that draw places on new objects were in one region before. Moving those would empty it. Instead
+    // every n-th particle moves; the places of these were spread over all objects.
+    let new_places: Vec<usize> = (0..count).filter(is_new).collect();
+    let new_place = |id: usize| {
+        let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;
+        (before(id + 1) > before(id)).then(|| new_places[before(id)])
+    };
+    let carry = |(particle, motion): (&Particle, &Motion)| {
+        let id = particle.id as usize;
+        let begins_at = |place: usize| {
+            let begins = Particle {
+                id: particle.id,
+                ..new.particles[place]
+            };
+            // Dead ones stay dead.
+            let begun = Motion {
+                flags: motion.flags & Motion::DEAD,
+                ..new.motions[place]
+            };
+            (begins, begun)
+        };
+        if let Some(place) = new_place(id) {
+            return begins_at(place);
+        }
+        let Some(object) = to[object_of(old, particle.triangle)] else {
+            // For the same reason, each begins at the start place of another one.
+            return begins_at((id + count / 2) % count);
+        };
+        at_its_place((particle, motion), old, new, object)
+    };
+    let both = snapshot.particles.par_iter().zip(&snapshot.motions);
+    both.map(carry).unzip()
+}
+
+/// A particle at its place on its object, which is `object` of `new`. Its pending length grows with the object.
+fn at_its_place(
+    (particle, motion): (&Particle, &Motion),
+    old: &Setup,
+    new: &Setup,
+    object: usize,
+) -> (Particle, Motion) {
+    let was = object_of(old, particle.triangle);
+    let triangle = particle.triangle - first(old, was) + first(new, object);
+    let length = |setup: &Setup, triangle: u32| setup.surface.triangles[triangle as usize].ab;
+    let grown = length(new, triangle) / length(old, particle.triangle);
+    let pending = motion.pending * grown;
+    let motion = Motion {
+        pending: if pending.is_finite() { pending } else { 0.0 },
+        ..*motion
+    };
+    (
+        Particle {
+            triangle,
+            ..*particle
+        },
+        motion,
+    )
+}
+
+/// The last step's deposits: one per living particle, as after every step. Particles that stayed in it left none.
+fn deposits_of(
+    snapshot: &Snapshot,
+    new: &Setup,
+    particles: &[Particle],
+    motions: &[Motion],
+) -> Vec<u32> {
+    let mut deposits = vec![0; new.atlas.texel_count()];
+    if snapshot.step > 0 {
+        let all = particles.iter().zip(motions);
+        for (particle, motion) in all.filter(|(_, motion)| motion.has_deposited()) {
+            let texel = new
+                .atlas
+                .texel_of(particle.triangle, particle.u, particle.v);
+            deposits[texel as usize] += match motion.fed() {
+                0 => 1,
+                _ => snapshot.food.fed_deposit,
+            };
+        }
+    }
+    deposits
 }
 
 /// For each object of `old` its index in `new`, if it still exists; `None` if one has another mesh.

@@ -142,16 +142,9 @@ impl Setup {
     /// As [`new`](Self::new), and when it was stopped.
     pub fn with_control(scene: &Scene, control: &Control<'_>) -> Result<Self> {
         let settings = &scene.settings;
-        let rules = settings.physarum.rules();
         check_rules(settings)?;
         let masks = Masks::open(scene)?;
-        let areas = &settings.areas;
-        let map = match areas.map.starts_with(BUILTIN) {
-            true => areas.map.clone().into(),
-            false => scene.folder.join(&areas.map),
-        };
-        let map = (!areas.map.is_empty()).then(|| AreaMap::open(&map, settings.atlas.size));
-        let map = map.transpose()?;
+        let map = area_map(scene)?;
         let foods = places(settings, &scene.surface, &scene.origins, scene.radius)?;
         let shares = if foods.is_empty() {
             [0.92, 0.95, 0.98, 1.0]
@@ -164,30 +157,9 @@ impl Setup {
         check_room(settings, &atlas)?;
         check_lengths(settings, scene.radius, &atlas)?;
         control.step(STARTING, shares[0])?;
-        let homes = if rules.has_cells() || settings.population.is_on() {
-            homes(&atlas)
-        } else {
-            Vec::new()
-        };
-        let nests = if settings.population.is_on() {
-            nests(&atlas, &homes)
-        } else {
-            Vec::new()
-        };
+        let (homes, nests) = homes_and_nests(settings, &atlas);
         let starts = Starts::of(scene, &atlas, &masks, &foods)?;
-        let seed = seed_word(settings.seed);
-        let lots = Lots::new(&scene.surface, &starts, seed);
-        let (mut particles, mut motions) = lots.all(settings.slots());
-        // The others are dead, and lie where they would have begun.
-        let living = settings.particles.count as usize;
-        if rules.is_crowded() {
-            let both = (&mut particles[..living], &mut motions[..living]);
-            let draw_again = |id, object, attempt| lots.draw_again(id, object, attempt);
-            start::apart(both, &scene.surface, &atlas, &homes, draw_again, control)?;
-        }
-        for motion in &mut motions[living..] {
-            motion.flags = Motion::DEAD;
-        }
+        let (particles, motions) = start_particles(scene, &atlas, &starts, &homes, control)?;
         let population = settings.population.is_on().then(|| Population {
             living: settings.particles.count,
             ..Population::default()
@@ -196,14 +168,9 @@ impl Setup {
         let clearance = atlas.clearances(&scene.surface);
         let outlooks = atlas.outlooks(&scene.surface, &clearance);
         let surroundings = surroundings(&atlas, &outlooks);
-        let bias = map
-            .map(|map| map.bias(&atlas, areas.strength))
-            .transpose()?;
-        let look = &settings.second_look.map;
-        let looks = match look.is_empty() {
-            true => Vec::new(),
-            false => weights_of(&scene.folder.join(look), &atlas)?,
-        };
+        let bias = map.map(|map| map.bias(&atlas, settings.areas.strength));
+        let bias = bias.transpose()?;
+        let looks = look_weights(scene, &atlas)?;
         control.step(LOOKING, shares[2])?;
         let mut strips = scene.surface.strips(&atlas.maps);
         let bins = Bins::number(&mut strips, particles.len());
@@ -212,6 +179,7 @@ impl Setup {
             FoodSet::new(&scene.surface, &atlas, foods, None, control)
         })?;
         let food_set = food_set.crossing(settings.scent_crosses());
+        let poses = scene.world_from_object().into_iter().map(Pose::from);
         let fixed = FixedSetup {
             clearance,
             surroundings,
@@ -224,11 +192,7 @@ impl Setup {
             bins,
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
-            poses: scene
-                .world_from_object()
-                .into_iter()
-                .map(Pose::from)
-                .collect(),
+            poses: poses.collect(),
             tracks: scene.tracks.clone(),
             origins: scene.origins.clone(),
             object_areas: object_areas(&scene.surface),
@@ -245,6 +209,69 @@ impl Setup {
             fixed: Arc::new(fixed),
             food_set,
         })
+    }
+}
+
+/// The scene's area map, if it has one.
+fn area_map(scene: &Scene) -> Result<Option<AreaMap>> {
+    let map = &scene.settings.areas.map;
+    if map.is_empty() {
+        return Ok(None);
+    }
+    let path = match map.starts_with(BUILTIN) {
+        true => map.into(),
+        false => scene.folder.join(map),
+    };
+    AreaMap::open(&path, scene.settings.atlas.size).map(Some)
+}
+
+/// Homes and nests of texels, each empty if the scene does not need them.
+fn homes_and_nests(settings: &Settings, atlas: &Atlas) -> (Vec<u32>, Vec<u32>) {
+    let has_population = settings.population.is_on();
+    let homes = if settings.physarum.rules().has_cells() || has_population {
+        homes(atlas)
+    } else {
+        Vec::new()
+    };
+    let nests = if has_population {
+        nests(atlas, &homes)
+    } else {
+        Vec::new()
+    };
+    (homes, nests)
+}
+
+/// Particles at their start, dead ones among them, and their motions.
+fn start_particles(
+    scene: &Scene,
+    atlas: &Atlas,
+    starts: &Starts,
+    homes: &[u32],
+    control: &Control<'_>,
+) -> Result<(Vec<Particle>, Vec<Motion>)> {
+    let settings = &scene.settings;
+    let seed = seed_word(settings.seed);
+    let lots = Lots::new(&scene.surface, starts, seed);
+    let (mut particles, mut motions) = lots.all(settings.slots());
+    // The others are dead, and lie where they would have begun.
+    let living = settings.particles.count as usize;
+    if settings.physarum.rules().is_crowded() {
+        let both = (&mut particles[..living], &mut motions[..living]);
+        let draw_again = |id, object, attempt| lots.draw_again(id, object, attempt);
+        start::apart(both, &scene.surface, atlas, homes, draw_again, control)?;
+    }
+    for motion in &mut motions[living..] {
+        motion.flags = Motion::DEAD;
+    }
+    Ok((particles, motions))
+}
+
+/// Weights of the second look, by the scene's map of it; empty if it has none.
+fn look_weights(scene: &Scene, atlas: &Atlas) -> Result<Vec<f32>> {
+    let map = &scene.settings.second_look.map;
+    match map.is_empty() {
+        true => Ok(Vec::new()),
+        false => weights_of(&scene.folder.join(map), atlas),
     }
 }
 

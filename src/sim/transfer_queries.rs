@@ -12,7 +12,7 @@ use super::queries::{end_of, left, walker_of};
 use super::transfer_walk::{PHASE_DONE, PHASE_ON_SOURCE, walk_on};
 use super::types::{Pose, Vertex, Walker};
 use crate::error::Result;
-use crate::gpu::{Buffer, Context, Frames, Pipeline, Texels, Threads};
+use crate::gpu::{Buffer, Context, Frames, GpuResult, Pipeline, Texels, Threads};
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::Trees;
 use crate::mesh::trees::sides::Sides;
@@ -60,44 +60,19 @@ pub fn transfer_queries(
     let vertices = texels("vertices", bytemuck::cast_slice(&host_vertices))?;
     let host_roots: Vec<u32> = trees.objects.iter().map(|tree| tree.first_node).collect();
     let roots = Buffer::from_slice(ctx, "roots", &host_roots)?;
-    let terrain = Terrain {
-        ground: Ground {
-            triangles: &surface.triangles,
-            corners: surface.corners.as_flattened(),
-            vertices: &host_vertices,
-            poses: &poses,
-        },
-        halfedges: &surface.halfedges,
-        sides: Sides {
-            faces: &trees.faces,
-            nodes: &trees.nodes,
-            dipoles: &trees.dipoles,
-            pseudonormals: &trees.pseudonormals,
-            corners: surface.corners.as_flattened(),
-            first_vertex_normal: surface.halfedges.len() as u32,
-        },
-        roots: &host_roots,
-        sign_rule: constants.sign_rule,
-        reflects: false,
+    let ground = Ground {
+        triangles: &surface.triangles,
+        corners: surface.corners.as_flattened(),
+        vertices: &host_vertices,
+        poses: &poses,
     };
+    let terrain = terrain_of(surface, &trees, ground, &host_roots, constants.sign_rule);
     let poses = Texels::new(&Buffer::from_slice(ctx, "poses", &poses)?, 4)?;
     let mut frames = Frames::new(ctx, 1)?;
 
     let mut ends = Vec::with_capacity(queries.len());
     for batch in queries.chunks(BATCH) {
-        let mut walkers: Vec<Walker> = batch.iter().flat_map(|q| [walker_of(q); 2]).collect();
-        let mut phases = vec![PHASE_ON_SOURCE; batch.len()];
-        let phases_buffer = Buffer::from_slice(ctx, "phases", &phases)?;
-        let walkers_buffer = Buffer::from_slice(ctx, "walkers", &walkers)?;
-        let attempts = (SEGMENTS / batch.len()).clamp(2, 4096);
-        let params = TransferQueriesParams {
-            query_count: batch.len() as u32,
-            attempts: attempts as u32,
-            first_vertex_normal: surface.halfedges.len() as u32,
-        };
-        // A walk through a vertex may cross all its edges without progress.
-        let mut patience = surface.halfedges.len() / attempts + 2;
-        while patience > 0 {
+        let walkers = walk_batch(ctx, &terrain, batch, |phases, walkers, params| {
             frames.run(|rec| {
                 rec.dispatch(
                     &pipeline,
@@ -113,30 +88,81 @@ pub fn transfer_queries(
                         faces: &faces,
                         pseudonormals: &pseudonormals,
                         dipoles: &dipoles,
-                        phases: &phases_buffer,
-                        walkers: &walkers_buffer,
+                        phases,
+                        walkers,
                     },
                     params,
                 )
-            })?;
-            phases = ctx.download(&phases_buffer)?;
-            let before = std::mem::replace(&mut walkers, ctx.download(&walkers_buffer)?);
-            if phases.iter().all(|&phase| phase == PHASE_DONE) {
-                break;
-            }
-            let stands_still = |(w, before): (&Walker, &Walker)| left(w) >= left(before);
-            if walkers.iter().zip(&before).all(stands_still) {
-                patience -= 1;
-                let queries = phases.iter_mut().zip(walkers.chunks_exact_mut(2));
-                for (phase, walkers) in queries {
-                    walk_on(&terrain, params.attempts, phase, walkers);
-                }
-                ctx.upload(&phases_buffer, &phases)?;
-                ctx.upload(&walkers_buffer, &walkers)?;
-            }
-        }
+            })
+        })?;
         let outer = walkers.iter().step_by(2);
         ends.extend(outer.zip(batch).map(|(w, query)| end_of(w, query)));
     }
     Ok(ends)
+}
+
+/// The surface for walks on the host.
+fn terrain_of<'a>(
+    surface: &'a Surface,
+    trees: &'a Trees,
+    ground: Ground<'a>,
+    roots: &'a [u32],
+    sign_rule: u32,
+) -> Terrain<'a> {
+    Terrain {
+        ground,
+        halfedges: &surface.halfedges,
+        sides: Sides {
+            faces: &trees.faces,
+            nodes: &trees.nodes,
+            dipoles: &trees.dipoles,
+            pseudonormals: &trees.pseudonormals,
+            corners: surface.corners.as_flattened(),
+            first_vertex_normal: surface.halfedges.len() as u32,
+        },
+        roots,
+        sign_rule,
+        reflects: false,
+    }
+}
+
+/// Walks the queries of a batch to their ends, and returns the two walkers of each. `dispatch` runs the kernel once on their phases and
+/// walkers, and waits for it.
+fn walk_batch(
+    ctx: &Arc<Context>,
+    terrain: &Terrain,
+    batch: &[WalkQuery],
+    mut dispatch: impl FnMut(&Buffer<u32>, &Buffer<Walker>, TransferQueriesParams) -> GpuResult<()>,
+) -> Result<Vec<Walker>> {
+    let mut walkers: Vec<Walker> = batch.iter().flat_map(|q| [walker_of(q); 2]).collect();
+    let mut phases = vec![PHASE_ON_SOURCE; batch.len()];
+    let phases_buffer = Buffer::from_slice(ctx, "phases", &phases)?;
+    let walkers_buffer = Buffer::from_slice(ctx, "walkers", &walkers)?;
+    let attempts = (SEGMENTS / batch.len()).clamp(2, 4096);
+    let params = TransferQueriesParams {
+        query_count: batch.len() as u32,
+        attempts: attempts as u32,
+        first_vertex_normal: terrain.sides.first_vertex_normal,
+    };
+    // A walk through a vertex may cross all its edges without progress.
+    let mut patience = terrain.halfedges.len() / attempts + 2;
+    while patience > 0 {
+        dispatch(&phases_buffer, &walkers_buffer, params)?;
+        phases = ctx.download(&phases_buffer)?;
+        let before = std::mem::replace(&mut walkers, ctx.download(&walkers_buffer)?);
+        if phases.iter().all(|&phase| phase == PHASE_DONE) {
+            break;
+        }
+        let stands_still = |(w, before): (&Walker, &Walker)| left(w) >= left(before);
+        if walkers.iter().zip(&before).all(stands_still) {
+            patience -= 1;
+            let queries = phases.iter_mut().zip(walkers.chunks_exact_mut(2));
+            for (phase, walkers) in queries {
+                walk_on(terrain, params.attempts, phase, walkers);
+            }
+            ctx.upload(&phases_buffer, &phases)?;
+            ctx.upload(&walkers_buffer, &walkers)?;
+        }
+    }
+    Ok(walkers)
 }

@@ -335,7 +335,15 @@ fn remove(file: &Path) -> Result<()> {
 
 /// The first difference between two studies: what it is in, and its values; the scene last, which the others are a part of.
 fn difference(before: &Value, now: &Value) -> Option<(String, Value, Value)> {
-    let keys = ["steps", "preset", "run", "version", "settings", "scene"];
+    let keys = [
+        "steps",
+        "preset",
+        "run",
+        "version",
+        "arithmetic",
+        "settings",
+        "scene",
+    ];
     let key = keys.into_iter().find(|&key| before[key] != now[key])?;
     let (old, new) = (&before[key], &now[key]);
     let settings = [old, new].into_iter().filter_map(Value::as_object);

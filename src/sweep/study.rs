@@ -1,6 +1,7 @@
 //! Study files: a scene, and the points of its parameters at which it is run.
 
 use std::collections::HashSet;
+use std::ffi::OsStr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -17,8 +18,9 @@ use super::sample::{Method, sample};
 use crate::error::{Error, Result};
 use crate::plain_text::{Shown as _, escaped};
 use crate::regular_file;
-use crate::scene::parameters::{Kind, find};
+use crate::scene::parameters::{Form, Kind, find, form_of};
 use crate::scene::suggest::nearest;
+use crate::sim::arithmetic;
 
 /// The most runs of a study.
 const MOST_RUNS: usize = 10_000_000;
@@ -92,10 +94,12 @@ impl Study {
         let fixed = json!({
             "scene": identity(&job(0, &Row::default(), 0).scene()?)?,
             "steps": self.steps,
-            "preset": self.preset,
+            // Studies are the same wherever their files lie. What a preset says is in the identity of the scene.
+            "preset": self.preset.as_deref().map(file_name),
             "settings": &self.settings,
             "run": null,
             "version": env!("CARGO_PKG_VERSION"),
+            "arithmetic": arithmetic::VERSION,
         });
         let mut jobs = Vec::with_capacity(self.points.len() * self.seeds.len());
         let mut contents = Contents::default();
@@ -353,26 +357,27 @@ impl Text<'_> {
         let point = |shares: Vec<f64>| {
             let values = ranges.iter().zip(shares);
             Row(values
-                .map(|(([low, high], key), share)| (key.clone(), json!(low + share * (high - low))))
+                .map(|((range, key), share)| (key.clone(), range.value(share)))
                 .collect())
         };
         Ok(shares.into_iter().map(point).collect())
     }
 
-    fn range(self, key: &str, range: &Spanned<DeValue<'_>>) -> Result<[f64; 2]> {
+    fn range(self, key: &str, range: &Spanned<DeValue<'_>>) -> Result<Limits> {
         let limits = self.json(range)?;
         let limits = limits.as_array().map_or(&[][..], Vec::as_slice);
         let limits: Vec<_> = limits.iter().map(Value::as_f64).collect();
-        match limits[..] {
-            [Some(low), Some(high)] if low < high => Ok([low, high]),
-            _ => {
-                let key = escaped(key);
-                Err(self.error(
-                    &range.span(),
-                    &format!("the range of `{key}` is [low, high], the first below the second"),
-                ))
-            }
-        }
+        let is_whole = form_of(key) == Some(Form::Whole);
+        let problem = match limits[..] {
+            [Some(low), Some(high)] if low < high => match is_whole {
+                true if low.ceil() > high.floor() => "has no whole number",
+                true => return Ok(Limits::Whole(low.ceil(), high.floor())),
+                false => return Ok(Limits::Real(low, high)),
+            },
+            _ => "is [low, high], the first below the second",
+        };
+        let problem = format!("the range of `{}` {problem}", escaped(key));
+        Err(self.error(&range.span(), &problem))
     }
 
     /// A whole number that is not negative.
@@ -430,6 +435,32 @@ impl Text<'_> {
             let problem = "a value is a finite number, a text, true or false, or a list of these";
             self.error(&value.span(), problem)
         })
+    }
+}
+
+/// The name of a file without its folders; that of a preset which comes with the program as it is.
+fn file_name(path: &str) -> &str {
+    let name = Path::new(path).file_name().and_then(OsStr::to_str);
+    name.unwrap_or(path)
+}
+
+/// Between which values of a parameter is sampled.
+enum Limits {
+    Real(f64, f64),
+    /// Both are among the values.
+    Whole(f64, f64),
+}
+
+impl Limits {
+    /// The value at a share from 0 to below 1; each whole number has the same part of that.
+    fn value(&self, share: f64) -> Value {
+        match *self {
+            Self::Real(low, high) => json!(low + share * (high - low)),
+            Self::Whole(low, high) => {
+                let value = low + (share * (high - low + 1.0)).floor();
+                json!(value.min(high) as i64)
+            }
+        }
     }
 }
 

@@ -23,6 +23,7 @@ use myxo::sim::paint::Brush;
 use crate::lab::command::{Command, Ticket, ToolRequest};
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
+use crate::lab::facts::Under;
 use crate::lab::navigation::Drags;
 use crate::lab::renewal::place_among;
 use crate::lab::wheel::Wheel;
@@ -288,21 +289,11 @@ impl Tools {
             let from_corner = (at - response.rect.min) * scale;
             Vec2::new(from_corner.x, from_corner.y)
         };
-        let is_free = !self.is_covered;
-        let held = (self.hold).follow(ui, response, PointerButton::Primary, is_free);
-        let others = [PointerButton::Secondary, PointerButton::Middle];
-        let others = self.others.iter_mut().zip(others);
-        let others = others.map(|(hold, button)| hold.follow(ui, response, button, is_free).drag);
-        self.drags = Drags {
-            first: held.drag,
-            others: others.fold(egui::Vec2::ZERO, |all, drag| all + drag),
-            pressed: self.hold.pressed(),
-        };
+        let held = self.follow_buttons(ui, response);
         let hovered = response.hover_pos();
         let hovered = hovered.filter(|_| !desk.opening.is_open()).map(to_pixel);
         let is_solid = !desk.document.view.show.is_flat();
-        let is_held = self.hold.is_down();
-        let asks = is_solid && (self.tool != Tool::Look || self.probe || is_held);
+        let asks = is_solid && (self.tool != Tool::Look || self.probe || self.hold.is_down());
         self.pointer = hovered.filter(|_| asks);
         if facts.pointer.looked != self.pointer && !facts.pointer.poses.is_empty() {
             // The point shown is for an older position of the pointer; one more frame brings it up to date.
@@ -315,23 +306,7 @@ impl Tools {
             return false;
         }
         if self.tool.is_brush() {
-            self.change_radius(ui, response);
-            if ui.input(|i| i.modifiers.shift) {
-                return false;
-            }
-            for way in &held.ways {
-                let most = match way.begins && way.length() == 0.0 {
-                    true => ui.input(|i| i.stable_dt).min(LONGEST_PRESS),
-                    false => ui.input(|i| i.unstable_dt).min(LONGEST_FRAME),
-                };
-                let seconds = most / held.ways.len() as f32;
-                self.paint_along(way, seconds, to_pixel, desk);
-            }
-            if is_held {
-                // A brush that is held still continues to paint.
-                ui.ctx().request_repaint();
-            }
-            return is_held || held.release.is_some();
+            return self.use_brush(ui, response, &held, to_pixel, desk);
         }
         if self.tool == Tool::Look && desk.layout.alone {
             // A picked object would show handles.
@@ -347,33 +322,83 @@ impl Tools {
             self.click = self.hold.pressed().map(to_pixel);
         }
         if let Some(click) = self.click {
-            // A quick click has ended before the window has looked.
-            if facts.pointer.looked == Some(click) {
-                let under = facts.pointer.under.as_ref();
-                self.click = None;
-                if self.tool == Tool::Food {
-                    self.feed_at(ui.ctx(), under, desk);
-                } else if self.tool == Tool::Pulse {
-                    self.send_pulse(under, desk);
-                } else {
-                    // Seen are the objects that run; the next ones may stand in other places already.
-                    let running =
-                        under.and_then(|under| desk.document.running.objects.get(under.object));
-                    let place = running
-                        .and_then(|object| place_among(&desk.document.edited.objects, object));
-                    self.pick(place.filter(|place| !desk.document.marks.is_locked(*place)));
-                    // A click on the only object leaves the panel as it is.
-                    let is_one_of_several = desk.document.edited.objects.len() > 1;
-                    self.reveals =
-                        (self.selected).filter(|_| desk.layout.panel && is_one_of_several);
-                    ui.ctx().request_repaint();
-                }
-            } else {
-                self.pointer = Some(click);
-                ui.ctx().request_repaint();
-            }
+            self.take_click(ui.ctx(), click, desk);
         }
         drags
+    }
+
+    /// Takes in what the pointer's buttons have done over the picture, and adds up their drags. Returns the events of the first one.
+    fn follow_buttons(&mut self, ui: &Ui, response: &Response) -> Held {
+        let is_free = !self.is_covered;
+        let held = (self.hold).follow(ui, response, PointerButton::Primary, is_free);
+        let others = [PointerButton::Secondary, PointerButton::Middle];
+        let others = self.others.iter_mut().zip(others);
+        let others = others.map(|(hold, button)| hold.follow(ui, response, button, is_free).drag);
+        self.drags = Drags {
+            first: held.drag,
+            others: others.fold(egui::Vec2::ZERO, |all, drag| all + drag),
+            pressed: self.hold.pressed(),
+        };
+        held
+    }
+
+    /// Changes the radius, or paints along the ways of the first button. Returns true if it used the button.
+    fn use_brush(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        held: &Held,
+        to_pixel: impl Fn(egui::Pos2) -> Vec2 + Copy,
+        desk: &mut Desk<'_>,
+    ) -> bool {
+        self.change_radius(ui, response);
+        if ui.input(|i| i.modifiers.shift) {
+            return false;
+        }
+        for way in &held.ways {
+            let most = match way.begins && way.length() == 0.0 {
+                true => ui.input(|i| i.stable_dt).min(LONGEST_PRESS),
+                false => ui.input(|i| i.unstable_dt).min(LONGEST_FRAME),
+            };
+            let seconds = most / held.ways.len() as f32;
+            self.paint_along(way, seconds, to_pixel, desk);
+        }
+        let is_held = self.hold.is_down();
+        if is_held {
+            // A brush that is held still continues to paint.
+            ui.ctx().request_repaint();
+        }
+        is_held || held.release.is_some()
+    }
+
+    /// Lets the tool in use take a click on this pixel, once the window has looked there.
+    fn take_click(&mut self, ctx: &egui::Context, click: Vec2, desk: &mut Desk<'_>) {
+        let facts = desk.facts;
+        // A quick click has ended before the window has looked.
+        if facts.pointer.looked != Some(click) {
+            self.pointer = Some(click);
+            ctx.request_repaint();
+            return;
+        }
+        let under = facts.pointer.under.as_ref();
+        self.click = None;
+        match self.tool {
+            Tool::Food => self.feed_at(ctx, under, desk),
+            Tool::Pulse => self.send_pulse(under, desk),
+            _ => self.pick_under(ctx, under, desk),
+        }
+    }
+
+    /// Picks the object under a click, which the panel is to show; none where there is none, or a locked one.
+    fn pick_under(&mut self, ctx: &egui::Context, under: Option<&Under>, desk: &Desk<'_>) {
+        // Seen are the objects that run; the next ones may stand in other places already.
+        let running = under.and_then(|under| desk.document.running.objects.get(under.object));
+        let place = running.and_then(|object| place_among(&desk.document.edited.objects, object));
+        self.pick(place.filter(|place| !desk.document.marks.is_locked(*place)));
+        // A click on the only object leaves the panel as it is.
+        let is_one_of_several = desk.document.edited.objects.len() > 1;
+        self.reveals = (self.selected).filter(|_| desk.layout.panel && is_one_of_several);
+        ctx.request_repaint();
     }
 
     /// Paints along a way that took this many seconds.

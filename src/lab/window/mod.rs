@@ -25,7 +25,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use myxo::gpu::DeviceKind;
+use myxo::gpu::{DeviceKind, Recorder};
 use myxo::plain_text::Shown as _;
 use myxo::render::View;
 use myxo::render::exposure::Exposure;
@@ -46,7 +46,7 @@ use crate::lab::kept_scenes::KeptScenes;
 use crate::lab::loading::{Opened, Origin};
 use crate::lab::network_overlay::NetworkOverlay;
 use crate::lab::options::LabOptions;
-use crate::lab::order::Asked;
+use crate::lab::order::{Asked, Task};
 use crate::lab::places::Places;
 use crate::lab::preferences::Preferences;
 use crate::lab::runner::Runner;
@@ -270,16 +270,9 @@ impl Lab {
     fn step_and_show(&mut self, seen: &mut Seen, since_last: Duration) -> Result<Option<Instant>> {
         let view = self.present_view(since_last);
         let is_cpu = self.runner.ctx.info().kind == DeviceKind::Cpu;
-        // Other colours are an answer, also to a pointer that rests.
         let has_others = |stage: &Stage| stage.has_other_colors(view.color_map);
         let owes_colors = self.runner.stage.as_ref().is_some_and(has_others);
-        // Steps go on where no picture can be seen.
-        let soon = (self.interface.preview.is_coming() || owes_colors) && !self.host.is_minimized();
-        let asked = Asked {
-            is_asked: seen.is_asked || owes_colors,
-            touched: seen.shown.touched || soon,
-            soon,
-        };
+        let asked = self.asked(seen, owes_colors);
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
         let can_split = is_cpu && !seen.picture.is_empty();
         let mut task = (self.runner).next_task((runs, holds), can_split, since_last, asked);
@@ -301,26 +294,10 @@ impl Lab {
             self.forget_places();
             return Ok(Some(self.host.now() + HIDDEN_INTERVAL));
         }
-        let stage = self.runner.stage.as_ref();
-        let is_resized = stage.is_some_and(|stage| stage.is_resized(seen.sizes()));
-        if task.steps > 0 || seen.shown.touched || holds || is_resized || owes_colors {
-            self.moved = self.host.now();
-        }
-        if seen.is_asked {
-            self.last_input = self.host.now();
-        }
+        self.note_motion(seen, task.steps > 0 || holds || owes_colors);
         let is_moving = self.is_moving();
         let refines = (self.refines_at(seen)).is_some_and(|at| at <= self.host.now());
-        self.record_tools(&mut rec)?;
-        self.record_export(&mut rec);
-        self.record_network(&mut rec)?;
-        // An export may wait for what this frame copies.
-        let is_long = task.only_steps && self.runner.pacer.are_long(task.steps);
-        let in_slices = is_long && !self.jobs.exports.is_busy();
-        if in_slices {
-            self.runner.divide(&mut rec);
-        }
-        self.runner.record_steps(&mut rec, task.steps);
+        let in_slices = self.record_frame(&mut rec, task)?;
         if in_slices {
             self.begin_slices(rec, task.steps, false, seen);
             return Ok(Some(self.host.now()));
@@ -345,6 +322,54 @@ impl Lab {
             // Input that comes meanwhile belongs to the next frame, which therefore does not begin before.
             self.runner.frames.wait_idle()?;
         }
+        self.finish_frame(seen, task, is_moving)
+    }
+
+    /// What the user asks of a frame. Other colours are an answer, also to a pointer that rests.
+    fn asked(&self, seen: &Seen, owes_colors: bool) -> Asked {
+        // Steps go on where no picture can be seen.
+        let soon = (self.interface.preview.is_coming() || owes_colors) && !self.host.is_minimized();
+        Asked {
+            is_asked: seen.is_asked || owes_colors,
+            touched: seen.shown.touched || soon,
+            soon,
+        }
+    }
+
+    /// Notes when the picture last moved, and when input last came. A picture that is touched or gets another size moves, too.
+    fn note_motion(&mut self, seen: &Seen, moves: bool) {
+        let stage = self.runner.stage.as_ref();
+        let is_resized = stage.is_some_and(|stage| stage.is_resized(seen.sizes()));
+        if moves || seen.shown.touched || is_resized {
+            self.moved = self.host.now();
+        }
+        if seen.is_asked {
+            self.last_input = self.host.now();
+        }
+    }
+
+    /// Records what comes before the picture: tools, exports, the network and steps. Returns true if it is in slices.
+    fn record_frame(&mut self, rec: &mut Recorder, task: Task) -> Result<bool> {
+        self.record_tools(rec)?;
+        self.record_export(rec);
+        self.record_network(rec)?;
+        // An export may wait for what this frame copies.
+        let is_long = task.only_steps && self.runner.pacer.are_long(task.steps);
+        let in_slices = is_long && !self.jobs.exports.is_busy();
+        if in_slices {
+            self.runner.divide(rec);
+        }
+        self.runner.record_steps(rec, task.steps);
+        Ok(in_slices)
+    }
+
+    /// Counts and reports a frame that has been submitted. Says when the next one is due.
+    fn finish_frame(
+        &mut self,
+        seen: &Seen,
+        task: Task,
+        is_moving: bool,
+    ) -> Result<Option<Instant>> {
         if (self.runner).have_stepped(task.steps, &mut self.clocks)? {
             self.host.request_redraw();
         }

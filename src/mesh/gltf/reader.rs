@@ -199,25 +199,14 @@ impl<'a> Reader<'a> {
         let indices = primitive.get("indices");
         let mode = primitive.get("mode");
         let number = mode.as_ref().map_or(Ok(TRIANGLES.into()), Part::as_whole)?;
-        match u32::try_from(number) {
+        let mode = match u32::try_from(number) {
             Ok(mode @ (POINTS | LINES | LINE_LOOP | LINE_STRIP)) => {
                 let drawn = indices.as_ref().unwrap_or(&reference);
-                let corners = accessor::count(&self.buffers.root, drawn)?;
-                let corners = usize::try_from(corners).unwrap_or(usize::MAX);
-                let copies = places.world_from_mesh.len();
-                let seen = &mut self.soup.seen;
-                let (sum, count) = match mode {
-                    POINTS => (&mut seen.points, corners),
-                    LINES => (&mut seen.lines, corners / 2),
-                    LINE_LOOP => (&mut seen.lines, corners),
-                    _ => (&mut seen.lines, corners.saturating_sub(1)),
-                };
-                *sum = sum.saturating_add(count.saturating_mul(copies));
-                return Ok(());
+                return self.count_points_or_lines(mode, drawn, places.world_from_mesh.len());
             }
-            Ok(TRIANGLES | TRIANGLE_STRIP | TRIANGLE_FAN) => {}
+            Ok(mode @ (TRIANGLES | TRIANGLE_STRIP | TRIANGLE_FAN)) => mode,
             _ => return Err(mode.as_ref().unwrap_or(primitive).should_be("0 to 6")),
-        }
+        };
         for data in [Some(&reference), indices.as_ref()].into_iter().flatten() {
             if !accessor::has_data(&self.buffers.root, data)? {
                 return Err(match compression(primitive) {
@@ -227,39 +216,7 @@ impl<'a> Reader<'a> {
             }
         }
 
-        let positions: Vec<DVec3> = accessor::vectors::<3>(&mut self.buffers, &reference)?
-            .into_iter()
-            .map(DVec3::from_array)
-            .collect();
-        let (low, high) = &mut self.stored;
-        let own = bounds(&positions);
-        (*low, *high) = (low.min(own.0), high.max(own.1));
-        self.soup.seen.stored_steps = steps_across(*low, *high);
-        let indices: Vec<u32> = match &indices {
-            Some(indices) => accessor::whole_numbers::<1>(&mut self.buffers, indices)?
-                .into_iter()
-                .map(|[index]| index)
-                .collect(),
-            None => (0..positions.len() as u32).collect(),
-        };
-        if u64::from(TRIANGLES) == number && !indices.len().is_multiple_of(3) {
-            self.soup.seen.incomplete_triangles += 1;
-        }
-        let corners = triangles(number as u32, &indices);
-        check_indices(&corners, self.triangle_count, positions.len())?;
-        let uvs = match primitive.at(&["attributes", "TEXCOORD_0"]) {
-            Some(reference) => {
-                self.some_primitive_has_uvs = true;
-                // The shape does not need them, so damaged ones are left out.
-                accessor::vectors(&mut self.buffers, &reference).ok()
-            }
-            None => None,
-        };
-        let mut shape = Triangles {
-            positions,
-            corners,
-            uvs,
-        };
+        let mut shape = self.read_triangles(primitive, &reference, indices.as_ref(), mode)?;
         self.morph(primitive, &places.weights, &mut shape.positions)?;
 
         let attributes = primitive.needed("attributes")?;
@@ -280,6 +237,69 @@ impl<'a> Reader<'a> {
             self.append(&shape, world_from_mesh, is_mirrored)?;
         }
         Ok(())
+    }
+
+    /// Counts what a primitive of points or lines would draw: none of it becomes a part of the surface.
+    fn count_points_or_lines(
+        &mut self,
+        mode: u32,
+        drawn: &Part<'_>,
+        copies: usize,
+    ) -> Result<(), MeshProblem> {
+        let corners = accessor::count(&self.buffers.root, drawn)?;
+        let corners = usize::try_from(corners).unwrap_or(usize::MAX);
+        let seen = &mut self.soup.seen;
+        let (sum, count) = match mode {
+            POINTS => (&mut seen.points, corners),
+            LINES => (&mut seen.lines, corners / 2),
+            LINE_LOOP => (&mut seen.lines, corners),
+            _ => (&mut seen.lines, corners.saturating_sub(1)),
+        };
+        *sum = sum.saturating_add(count.saturating_mul(copies));
+        Ok(())
+    }
+
+    /// Reads a primitive's triangles, before morph targets and skins move them. `positions` and `indices` name accessors.
+    fn read_triangles(
+        &mut self,
+        primitive: &Part<'_>,
+        positions: &Part<'_>,
+        indices: Option<&Part<'_>>,
+        mode: u32,
+    ) -> Result<Triangles, MeshProblem> {
+        let positions: Vec<DVec3> = accessor::vectors::<3>(&mut self.buffers, positions)?
+            .into_iter()
+            .map(DVec3::from_array)
+            .collect();
+        let (low, high) = &mut self.stored;
+        let own = bounds(&positions);
+        (*low, *high) = (low.min(own.0), high.max(own.1));
+        self.soup.seen.stored_steps = steps_across(*low, *high);
+        let indices: Vec<u32> = match indices {
+            Some(indices) => accessor::whole_numbers::<1>(&mut self.buffers, indices)?
+                .into_iter()
+                .map(|[index]| index)
+                .collect(),
+            None => (0..positions.len() as u32).collect(),
+        };
+        if mode == TRIANGLES && !indices.len().is_multiple_of(3) {
+            self.soup.seen.incomplete_triangles += 1;
+        }
+        let corners = triangles(mode, &indices);
+        check_indices(&corners, self.triangle_count, positions.len())?;
+        let uvs = match primitive.at(&["attributes", "TEXCOORD_0"]) {
+            Some(reference) => {
+                self.some_primitive_has_uvs = true;
+                // The shape does not need them, so damaged ones are left out.
+                accessor::vectors(&mut self.buffers, &reference).ok()
+            }
+            None => None,
+        };
+        Ok(Triangles {
+            positions,
+            corners,
+            uvs,
+        })
     }
 
     /// Moves positions by morph targets. Targets without a weight are not read.

@@ -1,6 +1,6 @@
 //! Values by their whole keys, also those of objects, foods and pulses.
 
-use super::{FOOD_PARAMETERS, OBJECT_PARAMETERS, PULSE_PARAMETERS, Parameter, find};
+use super::{FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, PULSE_PARAMETERS, Parameter, find};
 use crate::scene::settings::Settings;
 
 /// The value of a key as scene files write it; also of one with a number, such as `pulse.0.speed`. None if there is no such parameter, or
@@ -10,15 +10,60 @@ pub fn value_of(settings: &Settings, key: &str) -> Option<String> {
     if let Some(parameter) = find(key) {
         return Some(parameter.value(settings));
     }
-    let (list, rest) = key.split_once('.')?;
-    let (number, own) = rest.split_once('.')?;
-    let number: usize = number.parse().ok()?;
+    let (list, number, own) = parts(key)?;
     match list {
         "object" => own_value(OBJECT_PARAMETERS, &settings.objects, number, own),
         "food" => own_value(FOOD_PARAMETERS, &settings.foods, number, own),
         "pulse" => own_value(PULSE_PARAMETERS, &settings.pulses, number, own),
         _ => None,
     }
+}
+
+/// What the values of a parameter are, as far as programs that make values have to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Whole numbers.
+    Whole,
+    /// Any text.
+    Text,
+    /// Other numbers, several numbers, or words of a list.
+    Other,
+}
+
+/// What the values of a key are; also of one with a number, such as `pulse.0.speed`. None if there is no such parameter.
+#[must_use]
+pub fn form_of(key: &str) -> Option<Form> {
+    if let Some(parameter) = find(key) {
+        return Some(form(parameter));
+    }
+    let (list, _, own) = parts(key)?;
+    match list {
+        "object" => own_form(OBJECT_PARAMETERS, own),
+        "food" => own_form(FOOD_PARAMETERS, own),
+        "pulse" => own_form(PULSE_PARAMETERS, own),
+        _ => None,
+    }
+}
+
+/// The list of a key with a number, the number, and the rest.
+fn parts(key: &str) -> Option<(&str, usize, &str)> {
+    let (list, rest) = key.split_once('.')?;
+    let (number, own) = rest.split_once('.')?;
+    Some((list, number.parse().ok()?, own))
+}
+
+fn form<T>(parameter: &Parameter<T>) -> Form {
+    match &parameter.kind {
+        Kind::Number(number) if number.integer => Form::Whole,
+        Kind::Own(own) if own.integer => Form::Whole,
+        Kind::Text { .. } => Form::Text,
+        _ => Form::Other,
+    }
+}
+
+fn own_form<T>(table: &[Parameter<T>], key: &str) -> Option<Form> {
+    let parameter = table.iter().find(|parameter| parameter.key == key)?;
+    Some(form(parameter))
 }
 
 fn own_value<T>(table: &[Parameter<T>], of: &[T], number: usize, key: &str) -> Option<String> {
@@ -61,6 +106,23 @@ mod tests {
             "",
         ] {
             assert_eq!(value(key), None, "{key}");
+        }
+    }
+    /// Would catch: texts and whole numbers of a list of the scene that are taken for other values.
+    #[test]
+    fn keys_have_the_form_of_their_values() {
+        for (key, form) in [
+            ("particles.count", Some(Form::Whole)),
+            ("trail.decay", Some(Form::Other)),
+            ("transfer.strategy", Some(Form::Other)),
+            ("particles.start_object", Some(Form::Text)),
+            ("object.7.name", Some(Form::Text)),
+            ("food.0.amount", Some(Form::Whole)),
+            ("pulse.0.at", Some(Form::Other)),
+            ("pulse.at", None),
+            ("food.amount", None),
+        ] {
+            assert_eq!(form_of(key), form, "{key}");
         }
     }
 }

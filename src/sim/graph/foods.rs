@@ -8,55 +8,72 @@ use super::surroundings::Surroundings;
 use crate::mesh::surface_distance::SurfaceDistance;
 use crate::sim::food::FoodPlace;
 
+/// A food, and how far from it a network may be to reach it.
+struct Sought {
+    object: u32,
+    /// Its place, and where walks over glued edges come to it, as [`Node::place`].
+    places: Vec<DVec3>,
+    /// From the food to the side of a line, scene radii.
+    reach: f64,
+}
+
+impl Sought {
+    fn away(&self, place: &[f64; 3]) -> f64 {
+        let place = DVec3::from_array(*place);
+        let away = self.places.iter().map(|own| own.distance(place));
+        away.fold(f64::INFINITY, f64::min)
+    }
+}
+
 impl Graph {
     /// Makes a node of the place where the network is nearest to each food, on its object, if it reaches its plate or comes within `near`,
     /// scene radii. Markers, which have no plate, count, too.
     pub fn mark_foods(&mut self, foods: &[FoodPlace], around: &Surroundings<'_>, near: f64) {
+        let motions = around.motions();
         for (number, food) in foods.iter().enumerate() {
             let point = food.point;
-            let at =
-                around.in_world(around.place_of(point.triangle, point.u as f32, point.v as f32));
-            let reach = food.size / around.radius + near;
-            if let Some(node) = self.node_at(at, food.object, reach) {
+            let at = around.place_of(point.triangle, point.u as f32, point.v as f32);
+            let beyond = Surroundings::carried(&motions, food.object, at);
+            let places = std::iter::once(at).chain(beyond);
+            let sought = Sought {
+                object: food.object,
+                places: places.map(|place| around.in_world(place)).collect(),
+                reach: food.size / around.radius + near,
+            };
+            if let Some(node) = self.node_at(&sought) {
                 self.nodes[node].foods.push(number);
             }
         }
     }
 
-    /// The node at the nearest place of the network on an object, which is made if it is none yet.
-    fn node_at(&mut self, at: DVec3, object: u32, reach: f64) -> Option<usize> {
-        let away = |place: &[f64; 3]| at.distance(DVec3::from_array(*place));
+    /// The node at the place of the network on the food's object that is nearest to it, if it is within reach. It is made if there is none
+    /// yet.
+    fn node_at(&mut self, food: &Sought) -> Option<usize> {
         let nodes = self.nodes.iter().enumerate();
-        let nodes = nodes.filter(|(_, node)| node.object == object);
-        let nodes = nodes.map(|(i, node)| (away(&node.place), 0.5 * node.width, i));
+        let nodes = nodes.filter(|(_, node)| node.object == food.object);
+        let nodes = nodes.map(|(i, node)| (food.away(&node.place), 0.5 * node.width, i));
         let node = nodes.min_by(|a, b| a.0.total_cmp(&b.0));
-        let is_on = |edge: &&Edge| {
-            [edge.from, edge.to]
-                .iter()
-                .any(|&node| self.nodes[node].object == object)
-        };
-        let points = self
-            .edges
-            .iter()
-            .enumerate()
-            .filter(|(_, edge)| is_on(edge));
-        let points = points.flat_map(|(number, edge)| {
+        let points = self.edges.iter().enumerate().flat_map(|(number, edge)| {
             // The ends of an edge are its nodes.
-            let inner = edge.points.iter().enumerate().skip(1);
-            let inner = inner.take(edge.points.len().saturating_sub(2));
-            inner.map(move |(point, place)| (away(place), 0.5 * edge.width, (number, point)))
+            let inner = 1..edge.points.len().saturating_sub(1);
+            let inner = inner.filter(|&point| edge.objects[point] == food.object);
+            inner.map(move |point| {
+                let away = food.away(&edge.points[point]);
+                (away, 0.5 * edge.width, (number, point))
+            })
         });
         let point = points.min_by(|a, b| a.0.total_cmp(&b.0));
-        // A node within the width of the line is taken, so that no edge is shorter than that.
+        let node_reaches = node.is_some_and(|(away, half, _)| away <= food.reach + half);
+        let point_reaches = point.is_some_and(|(away, half, _)| away <= food.reach + half);
         match (node, point) {
-            (Some((there, half, node)), point)
-                if point.is_none_or(|point| there <= point.0 + half) =>
-            {
-                (there <= reach + half).then_some(node)
+            // A node within the width of the line is taken, so that no edge is shorter than that.
+            (Some((away, half, node)), Some(point)) if away <= point.0 + half => {
+                (node_reaches || point_reaches).then_some(node)
             }
-            (_, Some((there, half, (edge, point)))) => {
-                (there <= reach + half).then(|| self.split(edge, point, object))
+            (_, Some((_, _, (edge, point)))) if point_reaches => {
+                Some(self.split(edge, point, food.object))
             }
+            (Some((_, _, node)), _) => node_reaches.then_some(node),
             _ => None,
         }
     }

@@ -161,6 +161,14 @@ impl<'a> Surroundings<'a> {
         nearest.and_then(|(apart, motion)| (apart <= near).then_some(motion))
     }
 
+    /// Where walks over an object's glued edges come to a place on it.
+    pub(super) fn carried(motions: &[Over], object: u32, place: DVec3) -> Vec<DVec3> {
+        let of_object = motions.iter().filter(|over| over.object == object);
+        of_object
+            .map(|over| over.motion.transform_point3(place))
+            .collect()
+    }
+
     /// Does the mesh end at the triangle of this texel?
     pub(super) fn is_at_open_border(&self, texel: u32) -> bool {
         let first = 3 * self.triangle(texel) as usize;

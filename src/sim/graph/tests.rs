@@ -596,9 +596,14 @@ fn odd_trails_have_plain_graphs() {
 
 /// A food at a place of a plane.
 fn food_at(canvas: &Canvas, x: f32, z: f32) -> FoodPlace {
-    let (point, _) = nearest_on_object(&canvas.surface, Vec3::new(x, 0.0, z), 0);
+    food_on(canvas, 0, x, z)
+}
+
+/// A food on one of several planes, at a place that counts from its centre.
+fn food_on(canvas: &Canvas, object: u32, x: f32, z: f32) -> FoodPlace {
+    let (point, _) = nearest_on_object(&canvas.surface, Vec3::new(x, 0.0, z), object);
     FoodPlace {
-        object: 0,
+        object,
         point,
         radius: 0.2,
         strength: 1.0,
@@ -668,4 +673,58 @@ fn foods_become_nodes_of_the_lines_that_reach_them() {
         (foods.tolerance - 0.5).abs() < 0.05 && measures.tolerance == 0.0,
         "{measures:?}"
     );
+}
+
+/// Would alone catch: a food that counts as not reached because no line ends or branches on its object, one that becomes a node on another
+/// object, and one beside a line that is reached in its middle but not near its end.
+#[test]
+fn foods_are_reached_by_lines_that_only_cross_their_object() {
+    let across = |object: f32| Vec3::new(1.8 * object, 0.0, 0.0);
+    let canvas = Canvas::new(
+        &[-1.0, 0.0, 1.0].map(|object| ("plane?size=1.8", across(object))),
+        &options(0, 1, AtlasMethod::Charts),
+    );
+    let around = canvas.around();
+    let mut graph = canvas.graph(|place| place.z.abs().max(place.x.abs() - 2.4));
+    assert_eq!((graph.nodes.len(), graph.edges.len()), (2, 1), "{graph:?}");
+    let beside = 0.035;
+    let foods = [
+        food_on(&canvas, 1, 0.0, 0.0),
+        food_on(&canvas, 1, 0.5, beside),
+        food_on(&canvas, 0, -0.6 + 0.6 * beside, 1.6 * beside),
+        food_on(&canvas, 2, 0.0, 0.3),
+    ];
+    graph.mark_foods(&foods, &around, 0.0);
+    let reached: Vec<_> = (graph.nodes.iter())
+        .flat_map(|node| node.foods.iter().map(move |&food| (food, node)))
+        .map(|(food, node)| (food, node.object, node.kind))
+        .collect();
+    for wanted in [(0, 1, NodeKind::Through), (1, 1, NodeKind::Through)] {
+        assert!(reached.contains(&wanted), "{reached:?}");
+    }
+    assert!(
+        reached
+            .iter()
+            .any(|&(food, object, _)| (food, object) == (2, 0)),
+        "{reached:?}"
+    );
+    assert_eq!(reached.len(), 3, "{reached:?}");
+    for node in &graph.nodes {
+        let x = node.place[0] - 1.8 * (f64::from(node.object) - 1.0);
+        assert!(x.abs() < 0.91, "{node:?} is not on its object");
+    }
+}
+
+/// Would alone catch: a food that counts as not reached because the line near it lies beyond a glued side.
+#[test]
+fn foods_are_reached_over_glued_sides() {
+    for (periodic, reached) in [("true", 1), ("false", 0)] {
+        let canvas = plane(&format!("plane?columns=8&rows=8&periodic={periodic}"));
+        let around = canvas.around();
+        let mut graph = canvas.graph(|place| (place.x - 0.97).abs());
+        let food = food_at(&canvas, -0.98, 0.1);
+        graph.mark_foods(&[food], &around, 0.02);
+        let found = graph.nodes.iter().filter(|node| !node.foods.is_empty());
+        assert_eq!(found.count(), reached, "periodic={periodic}");
+    }
 }
