@@ -203,7 +203,11 @@ impl DeviceInfo {
             max_sampled_images: limits.max_per_stage_descriptor_sampled_images,
             max_push_descriptors: properties.push.max_push_descriptors,
             max_push_constants: limits.max_push_constants_size,
-            max_image_side: limits.max_image_dimension2_d,
+            max_image_side: (limits.max_image_dimension2_d)
+                .min(limits.max_framebuffer_width)
+                .min(limits.max_framebuffer_height)
+                .min(limits.max_viewport_dimensions[0])
+                .min(limits.max_viewport_dimensions[1]),
             max_samples: highest_samples(
                 limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts,
             ),

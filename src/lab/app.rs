@@ -1,6 +1,6 @@
 //! The application that winit calls: its events become frames, and it handles errors.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use myxo::{Error, Result};
 use winit::application::ApplicationHandler;
@@ -12,6 +12,9 @@ use crate::lab::host::Host;
 use crate::lab::loading::Opened;
 use crate::lab::options::LabOptions;
 use crate::lab::window::Lab;
+
+/// A window whose frame is asked for, and not wanted by the system for so long, cannot be seen: a compositor of Wayland does so.
+const UNSEEN_AFTER: Duration = Duration::from_secs(1);
 
 /// A request from outside the window to close it.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +28,8 @@ pub struct App {
     pub lab: Option<Lab>,
     /// When to draw next, if nothing happens before.
     pub wake: Option<Instant>,
+    /// Since when the system has been asked for a frame, and has not yet wanted it.
+    asked: Option<Instant>,
     /// The error that ended the lab, if the user did not end it.
     pub error: Option<Error>,
 }
@@ -37,6 +42,7 @@ impl App {
             opened: Some(opened),
             lab: None,
             wake: None,
+            asked: None,
             error: None,
         }
     }
@@ -107,6 +113,8 @@ impl ApplicationHandler<Close> for App {
         };
         let wants_repaint = lab.take_in(&event);
         if matches!(event, WindowEvent::RedrawRequested) {
+            self.asked = None;
+            lab.host.set_unseen(false);
             if !self.draw() {
                 events.exit();
             }
@@ -133,16 +141,23 @@ impl ApplicationHandler<Close> for App {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        events.set_control_flow(match self.wake {
-            Some(wake) if wake <= Instant::now() => {
-                if let Some(lab) = &mut self.lab {
-                    lab.host.request_redraw();
+        let now = Instant::now();
+        let is_due = self.wake.is_some_and(|wake| wake <= now);
+        let mut next = self.wake;
+        if let Some(lab) = self.lab.as_mut().filter(|_| is_due) {
+            lab.host.request_redraw();
+            let unseen_at = *self.asked.get_or_insert(now) + UNSEEN_AFTER;
+            next = Some(unseen_at);
+            if unseen_at <= now {
+                // Steps, films and whatever else is under way go on without the system.
+                lab.host.set_unseen(true);
+                if !self.draw() {
+                    events.exit();
                 }
-                ControlFlow::Wait
+                next = self.wake;
             }
-            Some(wake) => ControlFlow::WaitUntil(wake),
-            None => ControlFlow::Wait,
-        });
+        }
+        events.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {

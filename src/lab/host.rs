@@ -26,6 +26,8 @@ pub enum Host {
 pub struct SystemWindow {
     egui: State,
     window: Window,
+    /// It cannot be seen, and a picture that it were shown could wait for as long as that lasts.
+    is_unseen: bool,
 }
 
 impl Host {
@@ -51,7 +53,11 @@ impl Host {
             None,
             None,
         );
-        Ok(Self::Window(Box::new(SystemWindow { egui, window })))
+        Ok(Self::Window(Box::new(SystemWindow {
+            egui,
+            window,
+            is_unseen: false,
+        })))
     }
 
     /// The window's handles for Vulkan; the window must outlive the objects made with them. None without a window.
@@ -86,7 +92,30 @@ impl Host {
     pub fn is_minimized(&self) -> bool {
         match self {
             Self::Window(shown) => shown.window.is_minimized() == Some(true),
-            Self::Windowless(shown) => shown.is_minimized(),
+            Self::Windowless(_) => false,
+        }
+    }
+
+    /// Is nothing shown, because the system wants no pictures? Windows of Wayland that are on another workspace are an example.
+    pub fn is_unseen(&self) -> bool {
+        match self {
+            Self::Window(shown) => shown.is_unseen,
+            Self::Windowless(shown) => shown.is_unseen,
+        }
+    }
+
+    /// The system wants no pictures, or wants them again.
+    pub fn set_unseen(&mut self, is_unseen: bool) {
+        match self {
+            Self::Window(shown) => shown.is_unseen = is_unseen,
+            Self::Windowless(shown) => shown.is_unseen = is_unseen,
+        }
+    }
+
+    /// A picture is about to be shown. After this, Wayland asks for the next one when it can be seen.
+    pub fn will_present(&self) {
+        if let Self::Window(shown) = self {
+            shown.window.pre_present_notify();
         }
     }
 

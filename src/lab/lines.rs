@@ -120,11 +120,9 @@ impl App {
             if !self.draw() {
                 return false;
             }
-            // A window without a size has no places to write.
-            let is_hidden = self
-                .lab
-                .as_ref()
-                .is_none_or(|lab| lab.host.size().contains(&0));
+            // A window that shows nothing has no places to write.
+            let is_hidden = (self.lab.as_ref())
+                .is_none_or(|lab| lab.host.is_unseen() || lab.host.size().contains(&0));
             if is_hidden || is_enough(self, frames(self) - before) {
                 return true;
             }
@@ -179,7 +177,7 @@ impl App {
             Event::Text(text) => host.type_text(&text),
             Event::Copied(text) => host.clipboard = text,
             Event::Scale(scale) => host.scale = scale,
-            Event::Minimize(is) => host.is_minimized = is,
+            Event::Hide(is) => host.is_unseen = is,
             Event::Resize(size) => {
                 host.size = size;
                 lab.resize(size);

@@ -56,8 +56,8 @@ pub enum Event {
     Resize([u32; 2]),
     /// Pixels per point.
     Scale(f32),
-    /// The window is minimised, or restored.
-    Minimize(bool),
+    /// The window cannot be seen, as on another workspace, or can be again.
+    Hide(bool),
     /// The window is asked to close, as by its cross.
     Close,
 }
@@ -79,7 +79,8 @@ pub struct Windowless {
     pub held: Vec<String>,
     pub clipboard: String,
     pub fills_screen: bool,
-    pub is_minimized: bool,
+    /// No pictures are wanted.
+    pub is_unseen: bool,
     /// Another frame is wanted at once.
     pub needs_frame: bool,
 }
@@ -99,7 +100,7 @@ impl Windowless {
             held: Vec::new(),
             clipboard: String::new(),
             fills_screen: false,
-            is_minimized: false,
+            is_unseen: false,
             needs_frame: true,
         }
     }
@@ -112,11 +113,6 @@ impl Windowless {
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
-    }
-
-    /// Is it minimised?
-    pub fn is_minimized(&self) -> bool {
-        self.is_minimized
     }
 
     /// Does it fill the screen?

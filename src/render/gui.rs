@@ -6,7 +6,8 @@
 use std::sync::Arc;
 
 use ash::vk;
-use egui::{ClippedPrimitive, TexturesDelta};
+use egui::epaint::ImageDelta;
+use egui::{ClippedPrimitive, ColorImage, ImageData, TextureId, TexturesDelta};
 use egui_ash_renderer::{
     DynamicRendering, Options, RenderMode, Renderer as EguiRenderer, RendererError,
     allocator::GpuAllocator,
@@ -22,6 +23,35 @@ pub struct Gui {
     renderer: Option<EguiRenderer<GpuAllocator>>,
     /// For uploads of textures.
     pool: vk::CommandPool,
+    letters: Letters,
+}
+
+/// What the texture of all letters holds, the only one that egui changes in parts. `egui-ash-renderer` gives up the rest of a texture when
+/// it changes a part (the old layout of its barrier is undefined), which some devices take literally, and does not wait for a frame that
+/// still reads it. So the texture is made again as a whole, for which it does wait.
+#[derive(Default)]
+struct Letters(Arc<ColorImage>);
+
+impl Letters {
+    /// The change, as one of the whole texture if it is one of letters.
+    fn whole(&mut self, id: TextureId, change: ImageDelta) -> ImageDelta {
+        if id != TextureId::default() {
+            return change;
+        }
+        let ImageData::Color(part) = change.image;
+        match change.pos {
+            None => self.0 = part,
+            Some([left, top]) => {
+                let whole = Arc::make_mut(&mut self.0);
+                let width = whole.width();
+                for (row, pixels) in part.pixels.chunks(part.width().max(1)).enumerate() {
+                    let first = (top + row) * width + left;
+                    whole.pixels[first..first + pixels.len()].copy_from_slice(pixels);
+                }
+            }
+        }
+        ImageDelta::full(Arc::clone(&self.0), change.options)
+    }
 }
 
 impl Gui {
@@ -52,6 +82,7 @@ impl Gui {
             ctx: Arc::clone(ctx),
             renderer: None,
             pool,
+            letters: Letters::default(),
         };
         let renderer =
             EguiRenderer::with_gpu_allocator(ctx.allocator(), device.clone(), mode, options);
@@ -78,6 +109,7 @@ impl Gui {
         let mut first_error = None;
         for (id, changes) in delta.set.drain() {
             for change in changes {
+                let change = self.letters.whole(id, change);
                 let queue = self.ctx.queue();
                 if let Err(error) = renderer.set_texture(*queue, self.pool, id, &change) {
                     first_error.get_or_insert(error);
@@ -134,4 +166,35 @@ fn failed(what: &str, source: RendererError) -> Error {
     Error::Invalid(format!(
         "the interface could not be drawn ({what}: {source}): close other programs that use the device, or name another with --device"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Color32, TextureOptions};
+
+    use super::*;
+
+    /// Would catch: letters of before that are lost when one more is shown, and a part that lies elsewhere.
+    #[test]
+    fn parts_of_letters_become_the_whole_texture() {
+        let filled = |size, grey| ColorImage::filled(size, Color32::from_gray(grey));
+        let options = TextureOptions::LINEAR;
+        let mut letters = Letters::default();
+        let id = TextureId::default();
+        let _ = letters.whole(id, ImageDelta::full(filled([5, 4], 1), options));
+        for (at, size, grey) in [([3, 0], [2, 2], 2), ([0, 3], [1, 1], 3)] {
+            let part = ImageDelta::partial(at, filled(size, grey), options);
+            let change = letters.whole(id, part);
+            assert_eq!((change.pos, change.image.size()), (None, [5, 4]));
+        }
+        let greys: Vec<u8> = letters.0.pixels.iter().map(|pixel| pixel.r()).collect();
+        let rows = [[1, 1, 1, 2, 2], [1, 1, 1, 2, 2], [1; 5], [3, 1, 1, 1, 1]];
+        assert_eq!(greys, rows.as_flattened());
+        let other = ImageDelta::full(filled([1, 1], 9), options);
+        assert_eq!(
+            letters.whole(TextureId::User(1), other).image.size(),
+            [1, 1]
+        );
+        assert_eq!(letters.0.size, [5, 4]);
+    }
 }

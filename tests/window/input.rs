@@ -36,6 +36,8 @@ pub enum Gesture<'a> {
     Keys(&'a [&'a str]),
     Write(&'a str),
     Resize(u32, u32),
+    /// The window cannot be seen for so many frames. Without a window only.
+    HideFor(usize),
 }
 
 impl Gesture<'_> {
@@ -78,6 +80,12 @@ impl Gesture<'_> {
             }
             Self::Write(text) => json!([[{ "text": text }]]),
             Self::Resize(width, height) => json!([[{ "resize": [width, height] }]]),
+            Self::HideFor(frames) => {
+                let mut moments = vec![json!([]); *frames];
+                moments[0] = json!([{ "hide": true }]);
+                moments.push(json!([{ "hide": false }]));
+                Value::Array(moments)
+            }
         }
     }
 }

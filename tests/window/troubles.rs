@@ -333,6 +333,11 @@ fn a_window_of_any_size_goes_on_and_its_last_object_stays() {
         lab.look_at(3);
         assert!(step(&lab) >= before, "it has not restarted");
     }
+    // On another workspace no picture is wanted: steps go on.
+    let before = lab.step();
+    lab.perform(Gesture::HideFor(8));
+    let after = lab.step();
+    assert!(after >= before + 6, "{before}, {after}");
     goes_on(&lab);
     lab.key_until("space", "it answers", "playing", false);
     lab.key_until("space", "it continues", "playing", true);

@@ -126,7 +126,7 @@ impl Lab {
             self.forget_places();
             return Ok(seen.repaint);
         }
-        let Some(image) = self.front.acquire()? else {
+        let Some(image) = self.next_image()? else {
             self.forget_places();
             return Ok(seen.repaint);
         };

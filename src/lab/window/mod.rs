@@ -51,7 +51,7 @@ use crate::lab::places::Places;
 use crate::lab::preferences::Preferences;
 use crate::lab::runner::Runner;
 use crate::lab::saving::kept_folder;
-use crate::lab::screen::{Front, Screen};
+use crate::lab::screen::{Front, FrontImage, Screen};
 use crate::lab::show::{Seen, Shot};
 use crate::lab::stage::Stage;
 use crate::lab::theme;
@@ -274,8 +274,9 @@ impl Lab {
         let owes_colors = self.runner.stage.as_ref().is_some_and(has_others);
         let asked = self.asked(seen, owes_colors);
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
-        let can_split = is_cpu && !seen.picture.is_empty();
+        let can_split = is_cpu && !seen.picture.is_empty() && !self.host.is_unseen();
         let mut task = (self.runner).next_task((runs, holds), can_split, since_last, asked);
+        task.only_steps |= self.host.is_unseen();
         if runs {
             task.steps = task.steps.min(self.host.most_steps());
         }
@@ -286,7 +287,7 @@ impl Lab {
         let mut rec = self.runner.frames.begin()?;
         let image = match task.only_steps {
             true => None,
-            false => self.front.acquire()?,
+            false => self.next_image()?,
         };
         if image.is_none() && !task.only_steps {
             // Nothing was recorded, and no step that was asked for is lost.
@@ -323,6 +324,14 @@ impl Lab {
             self.runner.frames.wait_idle()?;
         }
         self.finish_frame(seen, task, is_moving)
+    }
+
+    /// The next image of the window; `None` skips the picture.
+    fn next_image(&mut self) -> Result<Option<FrontImage>> {
+        match self.host.is_unseen() {
+            true => Ok(None),
+            false => Ok(self.front.acquire()?),
+        }
     }
 
     /// What the user asks of a frame. Other colours are an answer, also to a pointer that rests.

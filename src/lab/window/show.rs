@@ -107,6 +107,7 @@ impl Lab {
         } else {
             &mut self.runner.frames
         };
+        self.host.will_present();
         self.front.present(ring, rec, image)?;
         self.clocks.presented();
         Ok(())

@@ -116,7 +116,7 @@ mod tests {
             ("trail.decay", Some(Form::Other)),
             ("transfer.strategy", Some(Form::Other)),
             ("particles.start_object", Some(Form::Text)),
-            ("object.7.name", Some(Form::Text)),
+            ("food.0.object", Some(Form::Text)),
             ("food.0.amount", Some(Form::Whole)),
             ("pulse.0.at", Some(Form::Other)),
             ("pulse.at", None),

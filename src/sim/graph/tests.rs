@@ -679,19 +679,19 @@ fn foods_become_nodes_of_the_lines_that_reach_them() {
 /// object, and one beside a line that is reached in its middle but not near its end.
 #[test]
 fn foods_are_reached_by_lines_that_only_cross_their_object() {
-    let across = |object: f32| Vec3::new(1.8 * object, 0.0, 0.0);
+    let across = |object: f32| Vec3::new(2.0 * object, 0.0, 0.0);
     let canvas = Canvas::new(
-        &[-1.0, 0.0, 1.0].map(|object| ("plane?size=1.8", across(object))),
+        &[-1.0, 0.0, 1.0].map(|object| ("plane", across(object))),
         &options(0, 1, AtlasMethod::Charts),
     );
     let around = canvas.around();
-    let mut graph = canvas.graph(|place| place.z.abs().max(place.x.abs() - 2.4));
+    let mut graph = canvas.graph(|place| place.z.abs().max(place.x.abs() - 2.6));
     assert_eq!((graph.nodes.len(), graph.edges.len()), (2, 1), "{graph:?}");
-    let beside = 0.035;
     let foods = [
         food_on(&canvas, 1, 0.0, 0.0),
-        food_on(&canvas, 1, 0.5, beside),
-        food_on(&canvas, 0, -0.6 + 0.6 * beside, 1.6 * beside),
+        food_on(&canvas, 1, 0.5, 0.035),
+        // Nearer to the side of the line than to its end, which is near, too.
+        food_on(&canvas, 0, -2.6 + 0.045, 0.06),
         food_on(&canvas, 2, 0.0, 0.3),
     ];
     graph.mark_foods(&foods, &around, 0.0);
@@ -710,8 +710,8 @@ fn foods_are_reached_by_lines_that_only_cross_their_object() {
     );
     assert_eq!(reached.len(), 3, "{reached:?}");
     for node in &graph.nodes {
-        let x = node.place[0] - 1.8 * (f64::from(node.object) - 1.0);
-        assert!(x.abs() < 0.91, "{node:?} is not on its object");
+        let x = node.place[0] - 2.0 * (f64::from(node.object) - 1.0);
+        assert!(x.abs() < 1.01, "{node:?} is not on its object");
     }
 }
 

@@ -196,6 +196,7 @@ impl Display {
                 let (width, height) = (width.to_string(), height.to_string());
                 xdotool(&["windowsize", &self.window, &width, &height]);
             }
+            Gesture::HideFor(_) => panic!("a display shows all of its windows"),
         }
         self.settle(frames);
     }
