@@ -17,6 +17,7 @@ layout(push_constant) uniform Params {
     uint coarse_across;
     uint coarse_down;
     uint coarse_first;
+    float kept;          // weight of the finer level
     float spread;        // weight of the coarser level
     float strength;      // of the sum
     uint is_last;        // 1: the root of the sum is written, as the picture has encoded values
@@ -53,8 +54,9 @@ void main() {
     vec3 beside = between(coarse_at(x, beside_y), coarse_at(beside_x, beside_y));
     vec3 coarse = between(here, beside);
     vec3 own = load4(bloom, params.first + i).xyz;
+    precise vec3 kept = own * params.kept;
     precise vec3 spread = coarse * params.spread;
-    precise vec3 sum = own + spread;
+    precise vec3 sum = kept + spread;
     precise vec3 result = sum * params.strength;
     if (params.is_last == 1u) {
         result = vec3(root(min(result.x, 1.0)), root(min(result.y, 1.0)), root(min(result.z, 1.0)));

@@ -11,9 +11,10 @@
 
 layout(local_size_x = 64) in;
 
-// Is there bloom? Are edges to be smoothed?
+// Is there bloom? Are edges to be smoothed? May pixels be clear, where there is bloom? CPU drivers run both sides of a branch.
 layout(constant_id = 0) const bool BLOOMS = true;
 layout(constant_id = 1) const bool SMOOTHS = true;
+layout(constant_id = 2) const bool MAY_BE_CLEAR = true;
 
 layout(push_constant) uniform Params {
     uint quad_count;
@@ -80,7 +81,7 @@ void main() {
     uvec4 result;
     for (uint x = 0u; x < 4u; x++) {
         vec3 glow = x < 2u ? part_way(here, left, x == 0u ? 0.375 : 0.125) : part_way(here, right, x == 2u ? 0.125 : 0.375);
-        result[x] = with_bloom(bytes_of(words[x]), alphas[x], glow, noise_of(4u * column + x, row));
+        result[x] = with_bloom(bytes_of(words[x]), alphas[x], glow, noise_of(4u * column + x, row), MAY_BE_CLEAR);
     }
     store4(developed, i, result);
 

@@ -16,5 +16,7 @@ void main() {
         float distance_from_middle = length(gl_PointCoord - 0.5) * params.diameter;
         strength = clamp(0.5 * params.diameter - distance_from_middle + 0.5, 0.0, 1.0);
     }
-    color = vec4(light * strength, 1.0);
+    // It covers as much as it is light: beside the point a picture without a background stays clear.
+    vec3 added = light * strength;
+    color = vec4(added, min(max(added.r, max(added.g, added.b)), 1.0));
 }

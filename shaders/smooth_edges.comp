@@ -12,6 +12,7 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BLOOMS = true;
+layout(constant_id = 1) const bool MAY_BE_CLEAR = true;
 
 layout(push_constant) uniform Params {
     uint pitch;       // of the picture, pixels
@@ -118,5 +119,5 @@ void main() {
     uint alpha = params.is_opaque == 1u ? 255u : uint(half_more);
     vec3 glow = vec3(0.0);
     if (BLOOMS) glow = bloom_of(place);
-    store1(developed, pixel, with_bloom(seen, alpha, glow, noise_of(uint(place.x), uint(place.y))));
+    store1(developed, pixel, with_bloom(seen, alpha, glow, noise_of(uint(place.x), uint(place.y)), MAY_BE_CLEAR));
 }

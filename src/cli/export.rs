@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum, value_parser};
 use myxo::Result;
-use myxo::export::{self, Export, ExportFile};
+use myxo::export::{self, Export, ExportFile, Format};
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::output::Written;
 use myxo::sim::Snapshot;
+use myxo::sim::areas::map_for;
 
 use super::files::{Sink, check_distinct};
 use super::options::CommonOptions;
@@ -87,7 +88,8 @@ impl Command for ExportCommand {
         self.common.check_outputs(written())?;
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
         // Checked again: masks and maps are inputs, too, and have been read by now.
-        self.common.check_outputs(written())?;
+        let existing = self.existing(session.simulation.step());
+        self.common.check_outputs(written().chain(&existing))?;
         let mut series = Series::new(self.every.is_none().then_some(files));
         let ran = self.step(&mut session, &mut series).and_then(|completed| {
             let ending = session.finish()?;
@@ -142,13 +144,45 @@ impl ExportCommand {
         Ok(true)
     }
 
+    /// The files that are there already and that a run from the step `first` on will replace, but for those that options name: files of a
+    /// series, and maps beside scene files.
+    fn existing(&self, first: u64) -> Vec<PathBuf> {
+        let last = first + u64::from(self.steps);
+        let mut all = Vec::new();
+        for path in &self.out {
+            let mut files = match self.every.map(u64::from) {
+                None => vec![path.clone()],
+                Some(every) => {
+                    let is_due = |step: u64| {
+                        step == last || (first < step && step < last && step.is_multiple_of(every))
+                    };
+                    let mut files = beside(path);
+                    files.retain(|file| step_of(path, file).is_some_and(is_due));
+                    files
+                }
+            };
+            if Format::of(path) == Some(Format::Toml) {
+                let scenes = files.iter().filter(|file| file.is_file());
+                let maps: Vec<PathBuf> = scenes.map(|scene| map_for(scene)).collect();
+                files.extend(maps);
+            }
+            all.extend(files);
+        }
+        all
+    }
+
     /// The files of a state.
     fn files(&self, series: &mut Series, step: u64) -> Vec<Result<ExportFile>> {
         match series.files.take() {
             Some(files) => files.into_iter().map(Ok).collect(),
             None => {
                 let paths = self.out.iter().map(|path| of_step(path, step));
-                paths.map(|path| ExportFile::create(&path)).collect()
+                let create = |path: PathBuf| {
+                    // After an interruption it may be another step than those checked before.
+                    self.common.check_outputs(std::iter::once(&path))?;
+                    ExportFile::create(&path)
+                };
+                paths.map(create).collect()
             }
         }
     }
@@ -230,4 +264,20 @@ fn of_step(path: &Path, step: u64) -> PathBuf {
         name.push(ending);
     }
     path.with_file_name(name)
+}
+
+/// The step of a file in the series of `path`.
+fn step_of(path: &Path, file: &Path) -> Option<u64> {
+    let stem = file.file_stem()?.to_string_lossy();
+    let step: u64 = stem.rsplit('_').next()?.parse().ok()?;
+    (of_step(path, step).file_name() == file.file_name()).then_some(step)
+}
+
+/// Everything in the folder of `path`. The files of a series are looked for there, because it may have billions of steps.
+fn beside(path: &Path) -> Vec<PathBuf> {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
+    let entries = entries.into_iter().flatten().flatten();
+    let files = entries.map(|entry| path.with_file_name(entry.file_name()));
+    files.collect()
 }

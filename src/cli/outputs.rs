@@ -44,6 +44,13 @@ impl Outputs {
         opaque.next().map(Output::path)
     }
 
+    /// The numbered files that are there already and that this many frames will replace.
+    pub fn existing(&self, frames: u32) -> Vec<PathBuf> {
+        let files = self.open.iter();
+        let files = files.flat_map(|output| output.existing(u64::from(frames)));
+        files.collect()
+    }
+
     /// Is there one that has not failed?
     pub fn any_left(&self) -> bool {
         !self.open.is_empty()

@@ -139,7 +139,8 @@ impl Command for Render {
             )));
         }
 
-        let written = || self.out.iter().chain(&self.report);
+        let frames = outputs.existing(self.pictures());
+        let written = || self.out.iter().chain(&self.report).chain(&frames);
         self.common.check_outputs(written())?;
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
         // Checked again: masks and maps are inputs, too, and have been read by now.
@@ -175,6 +176,12 @@ impl Command for Render {
 }
 
 impl Render {
+    /// The number of pictures in a sequence or film.
+    fn pictures(&self) -> u32 {
+        let pictures = (self.steps - self.from).div_ceil(self.every);
+        pictures.max(1)
+    }
+
     /// Can the scene be shown in this view?
     fn check_view(&self, scene: &Scene) -> Result<()> {
         let show = scene.settings.picture.show;
@@ -232,8 +239,7 @@ impl Render {
             camera.stand_back(&session.scene);
         }
         // The picture after the last would equal the first, so that films of whole turns can be looped.
-        let pictures = (self.steps - self.from).div_ceil(self.every);
-        camera.pictures = pictures.max(1);
+        camera.pictures = self.pictures();
         camera.turns = self.turns;
         camera.lens = self.aperture * session.scene.radius;
         let usual = if self.aperture > 0.0 { lens::PLACES } else { 1 };

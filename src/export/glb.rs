@@ -17,7 +17,6 @@ use super::paint::Paint;
 use super::{Colors, Export};
 use crate::mesh::surface::ObjectRange;
 use crate::render::Camera;
-use crate::sim::field::trail_at;
 
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
@@ -71,9 +70,11 @@ pub(super) fn write(export: &Export<'_>, colors: Colors, out: &mut impl Write) -
     }]);
     document["nodes"] = nodes.into();
     if colors == Colors::Texture {
-        let (atlas, trail) = (&export.setup.atlas, &export.snapshot.trail);
-        let color = model.image("trail", &paint.texture(atlas, trail))?;
-        let glow = model.image("glow", &paint.glow_texture(atlas, trail))?;
+        let (atlas, state) = (&export.setup.atlas, &*export.snapshot);
+        let color = paint.texture(atlas, &state.trail, &state.looks);
+        let color = model.image("trail", &color)?;
+        let glow = paint.glow_texture(atlas, &state.trail, &state.looks);
+        let glow = model.image("glow", &glow)?;
         document["images"] = json!([color, glow]);
         document["samplers"] = json!([{
             "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR,
@@ -106,12 +107,15 @@ fn nodes(export: &Export<'_>) -> Vec<Value> {
         .collect()
 }
 
-/// Without a far plane, as in pictures.
+/// Without a far plane, as in pictures. glTF cannot shift a picture, so that the camera has an angle that is wide enough for all that a
+/// shifted picture shows.
 fn camera(camera: &Camera) -> Value {
+    let wider = 1.0 + camera.shift.abs().max_element();
+    let half = ((0.5 * camera.vertical_fov).tan() * wider).atan();
     json!({
         "name": "picture",
         "type": "perspective",
-        "perspective": { "yfov": camera.vertical_fov, "znear": 0.01 * camera.scene_radius },
+        "perspective": { "yfov": 2.0 * half, "znear": 0.01 * camera.scene_radius },
     })
 }
 
@@ -167,13 +171,10 @@ impl Model {
         };
         let positions = of_vertices(&|corner| corners::position(surface, corner).to_array());
         let directions = of_vertices(&|corner| normals[corner as usize].to_array());
-        let trail: Vec<f32> = corners
+        let values = corners
             .iter()
-            .map(|&corner| {
-                let place = corners::atlas_position(atlas, corner);
-                trail_at(&export.snapshot.trail, place, atlas.pitch)
-            })
-            .collect();
+            .map(|&corner| export.trail_and_second_look(corners::atlas_position(atlas, corner)));
+        let (trail, second_look): (Vec<f32>, Vec<f32>) = values.unzip();
 
         let position = self.attribute(&positions, FLOAT, "VEC3");
         let (low, high) = bounds(&positions);
@@ -196,10 +197,12 @@ impl Model {
             Colors::Vertex => {
                 // Linear light, unlike a texture's bytes; four channels, because vertices are aligned to four bytes.
                 let channel = |light: f32| (65_535.0 * light.clamp(0.0, 1.0)).round() as u16;
-                let colors: Vec<[u16; 4]> = trail
-                    .iter()
-                    .map(|&trail| paint.color(trail).extend(1.0).to_array().map(channel))
-                    .collect();
+                let both = trail.iter().zip(&second_look);
+                let colors = both.map(|(&trail, &second_look)| {
+                    let color = paint.color(trail, second_look).extend(1.0);
+                    color.to_array().map(channel)
+                });
+                let colors: Vec<[u16; 4]> = colors.collect();
                 let color = self.attribute(&colors, UNSIGNED_SHORT, "VEC4");
                 self.accessors[color]["normalized"] = true.into();
                 attributes["COLOR_0"] = color.into();
@@ -274,4 +277,37 @@ fn write_chunks(document: &Value, binary: &[u8], out: &mut impl Write) -> io::Re
     out.write_all(&(binary.len() as u32).to_le_bytes())?;
     out.write_all(b"BIN\0")?;
     out.write_all(binary)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+    use crate::render::View;
+    use crate::render::view::points;
+    use crate::scene::Scene;
+    use crate::scene::settings::Settings;
+
+    /// Would catch: a camera without the shift of pictures, for which the scene lies partly beside the picture.
+    #[test]
+    fn the_camera_sees_all_that_pictures_show() {
+        let mut settings = Settings::default();
+        "builtin:torus?major=24&minor=12".clone_into(&mut settings.objects[0].mesh);
+        let scene = Scene::from_settings("torus".to_owned(), settings, "".into()).unwrap();
+        let size = Vec2::new(1280.0, 720.0);
+        let of_pictures = View::of(&scene, size).camera;
+        let are_all_seen = |camera: &Camera| {
+            points(&scene).all(|point| {
+                let pixel = camera.pixel(point, size).expect("it is before the eye");
+                pixel.cmpge(Vec2::ZERO).all() && pixel.cmple(size).all()
+            })
+        };
+        let mut unshifted = of_pictures;
+        unshifted.shift = Vec2::ZERO;
+        assert!(are_all_seen(&of_pictures) && !are_all_seen(&unshifted));
+        let angle = camera(&of_pictures)["perspective"]["yfov"].as_f64();
+        unshifted.vertical_fov = angle.unwrap() as f32;
+        assert!(are_all_seen(&unshifted), "by {angle:?}");
+    }
 }

@@ -37,6 +37,7 @@ use crate::scene::motion::{MotionSettings, Origins};
 use crate::scene::settings::AreaSettings;
 use crate::sim::areas::{map_for, name_beside, picture_of, write as write_areas};
 use crate::sim::checkpoint::Checkpoint;
+use crate::sim::field::trail_at;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
 pub use network::{NetworkFile, NetworkFormat};
@@ -194,6 +195,17 @@ impl<'a> Export<'a> {
     pub fn paint(&self) -> Paint {
         let atlas = &self.setup.atlas;
         Paint::new(&self.view, &self.snapshot.trail, &atlas.density)
+    }
+
+    /// The trail at a place in the atlas, in texels, and the weight of the second look there.
+    fn trail_and_second_look(&self, place: [f32; 2]) -> (f32, f32) {
+        let pitch = self.setup.atlas.pitch;
+        let Snapshot { trail, looks, .. } = &*self.snapshot;
+        let weight = match looks.as_slice() {
+            [] => 0.0,
+            looks => trail_at(looks, place, pitch),
+        };
+        (trail_at(trail, place, pitch), weight)
     }
 
     /// The mean distance of neighbouring vertices in the trail's texture, in texels: vertex colours lose finer details.

@@ -116,7 +116,7 @@ impl<W: Write> Write for UntilFailed<W> {
             return Ok(bytes.len());
         }
         let written = self.out.write(bytes);
-        self.has_failed = written.is_err();
+        self.has_failed = written.as_ref().is_err_and(is_final);
         self.at += *written.as_ref().unwrap_or(&0) as u64;
         written
     }
@@ -126,9 +126,14 @@ impl<W: Write> Write for UntilFailed<W> {
             return Ok(());
         }
         let flushed = self.out.flush();
-        self.has_failed = flushed.is_err();
+        self.has_failed = flushed.as_ref().is_err_and(is_final);
         flushed
     }
+}
+
+/// Is the file lost? A write that a signal interrupts is repeated by the caller.
+fn is_final(error: &io::Error) -> bool {
+    error.kind() != io::ErrorKind::Interrupted
 }
 
 impl<W: Seek> Seek for UntilFailed<W> {
@@ -548,4 +553,56 @@ fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
     header.extend((length as u16).to_le_bytes());
     header.extend(text.bytes());
     header
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every other call is interrupted, the first one too.
+    #[derive(Default)]
+    struct Disturbed {
+        content: Vec<u8>,
+        is_interrupted: bool,
+    }
+
+    impl Disturbed {
+        fn interrupt(&mut self) -> io::Result<()> {
+            self.is_interrupted = !self.is_interrupted;
+            match self.is_interrupted {
+                true => Err(io::ErrorKind::Interrupted.into()),
+                false => Ok(()),
+            }
+        }
+    }
+
+    impl Write for Disturbed {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.interrupt()?;
+            self.content.write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            self.interrupt()
+        }
+    }
+
+    /// Would catch: a signal after which nothing more is written, and no error says so.
+    #[test]
+    fn what_is_interrupted_is_written_all_the_same() {
+        let mut file = UntilFailed {
+            out: Disturbed::default(),
+            has_failed: false,
+            at: 0,
+        };
+        file.write_all(b"all ").unwrap();
+        let interrupted = file.flush().unwrap_err();
+        assert_eq!(interrupted.kind(), io::ErrorKind::Interrupted);
+        file.flush().unwrap();
+        file.write_all(b"of it").unwrap();
+        assert_eq!(
+            (file.out.content.as_slice(), file.at),
+            (&b"all of it"[..], 9)
+        );
+    }
 }

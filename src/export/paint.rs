@@ -16,6 +16,8 @@ const BARE: Vec3 = Vec3::new(0.014, 0.015, 0.017);
 pub struct Paint {
     /// Linear light, from no trail to the brightest, and the opacity over the material.
     table: Vec<Vec4>,
+    /// Those of the second look, if it has its own.
+    second_table: Option<Vec<Vec4>>,
     /// The trail value of the brightest colour.
     pub brightest: f32,
 }
@@ -26,6 +28,7 @@ impl Paint {
     pub fn new(view: &View, trail: &[f32], density: &[f32]) -> Self {
         Self {
             table: view.color_map.table(view.darkest),
+            second_table: view.second_colors.map(|map| map.table(view.darkest)),
             brightest: match view.exposure {
                 Exposure::Fixed(brightest) => brightest.max(f32::MIN_POSITIVE),
                 Exposure::Auto { clipped_share, .. } => exposed(clipped_share, trail, density),
@@ -33,45 +36,69 @@ impl Paint {
         }
     }
 
-    /// Twin of `color_of` in `shaders/include/colormap.glsl`.
-    fn color_of(&self, brightness: f32) -> Vec4 {
-        let last = self.table.len() - 1;
-        let place = brightness.clamp(0.0, 1.0) * last as f32;
-        let entry = (place as usize).min(last - 1);
-        self.table[entry].lerp(self.table[entry + 1], place - entry as f32)
+    /// The light that both looks make of their colours of a trail, by the weight of the second look. In pictures it is laid over the first.
+    fn mixed(&self, trail: f32, weight: f32, light: impl Fn(Vec4) -> Vec3) -> Vec3 {
+        let brightness = tone(trail, self.brightest);
+        let first = light(color_of(&self.table, brightness));
+        match &self.second_table {
+            Some(table) if weight > 0.0 => {
+                first * (1.0 - weight) + light(color_of(table, brightness)) * weight
+            }
+            _ => first,
+        }
     }
 
-    /// The colour of the surface under white light, in linear light: bare material where there is no trail.
+    /// The colour of the surface under white light, in linear light: bare material where there is no trail. `second_look` is the weight of
+    /// the second look there, 0 to 1.
     #[must_use]
-    pub fn color(&self, trail: f32) -> Vec3 {
-        let color = self.color_of(tone(trail, self.brightest));
-        BARE * (1.0 - color.w) + color.truncate()
+    pub fn color(&self, trail: f32, second_look: f32) -> Vec3 {
+        self.mixed(trail, second_look, |color| {
+            BARE * (1.0 - color.w) + color.truncate()
+        })
     }
 
     /// The light of the trail alone, which the surface emits.
     #[must_use]
-    pub fn glow(&self, trail: f32) -> Vec3 {
-        self.color_of(tone(trail, self.brightest)).truncate()
+    pub fn glow(&self, trail: f32, second_look: f32) -> Vec3 {
+        self.mixed(trail, second_look, Vec4::truncate)
     }
 
     /// The surface's colour as three bytes of a file.
     #[must_use]
-    pub fn srgb(&self, trail: f32) -> [u8; 3] {
-        bytes(self.color(trail))
+    pub fn srgb(&self, trail: f32, second_look: f32) -> [u8; 3] {
+        bytes(self.color(trail, second_look))
     }
 
     /// The surface's colours in the whole atlas, as an image of `size * size` pixels. Pixels beyond all charts and gutters
-    /// continue the nearest ones, so that filtering or shrinking the image mixes in no foreign colour.
+    /// continue the nearest ones, so that filtering or shrinking the image mixes in no foreign colour. `looks` has the weight of the second
+    /// look for each texel, or is empty without one.
     #[must_use]
-    pub fn texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
-        texture(atlas, trail, |trail| self.color(trail))
+    pub fn texture(&self, atlas: &Atlas, trail: &[f32], looks: &[f32]) -> image::RgbImage {
+        texture(atlas, |texel| {
+            self.color(trail[texel], weight_of(looks, texel))
+        })
     }
 
     /// As [`texture`](Self::texture), with the light that the surface emits.
     #[must_use]
-    pub fn glow_texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
-        texture(atlas, trail, |trail| self.glow(trail))
+    pub fn glow_texture(&self, atlas: &Atlas, trail: &[f32], looks: &[f32]) -> image::RgbImage {
+        texture(atlas, |texel| {
+            self.glow(trail[texel], weight_of(looks, texel))
+        })
     }
+}
+
+/// Twin of `color_of` in `shaders/include/colormap.glsl`.
+fn color_of(table: &[Vec4], brightness: f32) -> Vec4 {
+    let last = table.len() - 1;
+    let place = brightness.clamp(0.0, 1.0) * last as f32;
+    let entry = (place as usize).min(last - 1);
+    table[entry].lerp(table[entry + 1], place - entry as f32)
+}
+
+/// The weight of the second look at a texel.
+fn weight_of(looks: &[f32], texel: usize) -> f32 {
+    looks.get(texel).copied().unwrap_or(0.0)
 }
 
 fn bytes(light: Vec3) -> [u8; 3] {
@@ -79,13 +106,13 @@ fn bytes(light: Vec3) -> [u8; 3] {
     light.to_array().map(channel)
 }
 
-fn texture(atlas: &Atlas, trail: &[f32], color: impl Fn(f32) -> Vec3 + Sync) -> image::RgbImage {
+fn texture(atlas: &Atlas, color: impl Fn(usize) -> Vec3 + Sync) -> image::RgbImage {
     let (size, pitch) = (atlas.size as usize, atlas.pitch as usize);
     let mut pixels: Vec<[u8; 3]> = vec![[0; 3]; size * size];
-    let rows = pixels.par_chunks_mut(size).zip(trail.par_chunks(pitch));
-    rows.for_each(|(pixels, trail)| {
-        for (pixel, trail) in pixels.iter_mut().zip(trail) {
-            *pixel = bytes(color(*trail));
+    let rows = pixels.par_chunks_mut(size).enumerate();
+    rows.for_each(|(row, pixels)| {
+        for (pixel, texel) in pixels.iter_mut().zip(row * pitch..) {
+            *pixel = bytes(color(texel));
         }
     });
     let mut is_known: Vec<bool> = (0..size * size)
@@ -149,6 +176,32 @@ fn exposed(clipped_share: f32, trail: &[f32], density: &[f32]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::settings::ColorMap;
+
+    /// Would catch: a second look in the colours of the first one, and weights that do not mix the two.
+    #[test]
+    fn looks_are_mixed_by_the_weight_of_the_second_one() {
+        let paint = |first: ColorMap, second: Option<ColorMap>| Paint {
+            table: first.table(0.0),
+            second_table: second.map(|map| map.table(0.0)),
+            brightest: 1.0,
+        };
+        let ice = paint(ColorMap::Ice, None);
+        let moss = paint(ColorMap::Moss, None);
+        let both = paint(ColorMap::Ice, Some(ColorMap::Moss));
+        for trail in [0.0, 0.1, 0.4, 3.0] {
+            for weight in [0.0, 0.25, 1.0] {
+                for value in [Paint::color, Paint::glow] {
+                    let [one, other] = [&ice, &moss].map(|paint| value(paint, trail, 0.0));
+                    assert_ne!(one, other);
+                    let mixed = one * (1.0 - weight) + other * weight;
+                    assert_eq!(value(&both, trail, weight), mixed, "{trail}, {weight}");
+                    // A look without colours of its own takes those of the first.
+                    assert_eq!(value(&ice, trail, weight), one);
+                }
+            }
+        }
+    }
 
     #[test]
     fn colours_spread_from_the_nearest_pixel_to_all_others() {

@@ -9,7 +9,6 @@ use glam::Vec3;
 
 use super::Export;
 use super::corners::{self, Split};
-use crate::sim::field::trail_at;
 
 /// Writes the file.
 ///
@@ -52,7 +51,7 @@ pub(super) fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()>
         let object = surface.triangles[corner as usize / 3].object;
         let pose = &export.world_from_object[object as usize];
         let place = corners::atlas_position(atlas, corner);
-        let trail = trail_at(&export.snapshot.trail, place, atlas.pitch);
+        let (trail, second_look) = export.trail_and_second_look(place);
         let position = pose.transform_point3(corners::position(surface, corner));
         if export.is_far_from_origin() {
             for x in export.in_world(position).to_array() {
@@ -62,7 +61,7 @@ pub(super) fn write(export: &Export<'_>, out: &mut impl Write) -> io::Result<()>
             put(out, position)?;
         }
         put(out, pose.transform_vector3(normals[corner as usize]))?;
-        out.write_all(&paint.srgb(trail))?;
+        out.write_all(&paint.srgb(trail, second_look))?;
         out.write_all(&trail.to_le_bytes())?;
         out.write_all(&object.to_le_bytes())?;
     }

@@ -35,7 +35,7 @@ pub enum Blend {
     Opaque,
     /// It covers the colour by its alpha; colours are not multiplied by alpha beforehand.
     Alpha,
-    /// It is added, weighted by its alpha.
+    /// It is added; colours are multiplied by alpha beforehand.
     Add,
     /// Each channel takes the maximum.
     Max,
@@ -285,19 +285,21 @@ fn blend_state(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         Blend::Max => vk::BlendOp::MAX,
         _ => vk::BlendOp::ADD,
     };
-    let state = vk::PipelineColorBlendAttachmentState::default()
+    // The maximum has no factors.
+    let (source, target) = match blend {
+        Blend::Add => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
+        _ => (
+            vk::BlendFactor::SRC_ALPHA,
+            vk::BlendFactor::ONE_MINUS_SRC_ALPHA,
+        ),
+    };
+    vk::PipelineColorBlendAttachmentState::default()
         .color_blend_op(operation)
         .alpha_blend_op(operation)
         .color_write_mask(vk::ColorComponentFlags::RGBA)
         .blend_enable(blend != Blend::Opaque)
-        .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
-        .src_alpha_blend_factor(vk::BlendFactor::ONE);
-    let target = if blend == Blend::Add {
-        vk::BlendFactor::ONE
-    } else {
-        vk::BlendFactor::ONE_MINUS_SRC_ALPHA
-    };
-    state
+        .src_color_blend_factor(source)
+        .src_alpha_blend_factor(vk::BlendFactor::ONE)
         .dst_color_blend_factor(target)
         .dst_alpha_blend_factor(target)
 }

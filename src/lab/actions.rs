@@ -322,8 +322,9 @@ pub const MOUSE: &[(&str, &str)] = &[
 ];
 
 /// The actions whose keys were pressed in this frame, in the order in which they were pressed. While text is being typed, only those
-/// count that write no letters and lead nowhere in a text.
-pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
+/// count that write no letters and lead nowhere in a text. If Escape `leaves_field`, text was being typed until then, and that is all
+/// that this Escape does.
+pub fn pressed(ctx: &egui::Context, mut leaves_field: bool) -> Vec<Action> {
     let is_typing = ctx.text_edit_focused();
     let has_keyboard = ctx.memory(|memory| memory.focused().is_some());
     let mut pressed = Vec::new();
@@ -343,6 +344,12 @@ pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
             if *key == Key::Space && has_keyboard {
                 return true;
             }
+            // The field still has to see it.
+            if leaves_field && *key == Key::Escape {
+                leaves_field = false;
+                return true;
+            }
+            let is_typing = is_typing || leaves_field;
             let action = action_of(*modifiers, *key);
             let Some(action) = action.filter(|action| !is_typing || action.is_for_typists()) else {
                 return true;

@@ -322,7 +322,7 @@ impl Document {
 
     /// Undo, or redo with `again`; none if there is nothing to undo.
     pub fn lead(&mut self, again: bool) -> Option<Change> {
-        let waited = self.is_pending();
+        let waited = !are_built_alike(&self.running.objects, &self.edited.objects);
         let before = self.undo.strokes();
         self.note_camera();
         let lead = if again { Undo::redo } else { Undo::undo };
@@ -338,8 +338,8 @@ impl Document {
             }
         }
         let strokes = self.undo.strokes();
-        // Added, removed or scaled objects changed at once, and change back at once; edits that waited for a restart continue
-        // to wait. While such objects are on their way, the running objects are not the ones seen last.
+        // Added, removed or scaled objects changed at once, and change back at once; other meshes and scales that waited for a
+        // restart continue to wait. While such objects are on their way, the running objects are not the ones seen last.
         let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
         let renews = self.renews || (!waited && are_others);
         let begins_renewal = renews && !self.renews;
@@ -390,5 +390,31 @@ mod tests {
         assert_eq!(factors(&document), [1.0, 2.0, 1.0, 1.0]);
         assert!(document.not_shown());
         assert_eq!(factors(&document), [1.0; 4]);
+    }
+
+    /// Would catch: an undo of an added object that waits with something else for a restart, and one of a scale in the panel that does not.
+    #[test]
+    fn added_objects_go_by_undo_whatever_else_waits_for_a_restart() {
+        let settings = Settings::default();
+        let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
+        let mut document = Document::new(&scene);
+        document.edited.particles.count += 1;
+        document.note();
+        document.edited = with_object(&document.edited, "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
+        document.note();
+        // It came at once, and the count waits.
+        document.running.objects = document.edited.objects.clone();
+        assert!(document.is_pending());
+        let change = document.lead(false).expect("it can be undone");
+        assert!(change.renews && change.begins_renewal && document.is_renewed());
+        assert_eq!(document.edited.objects.len(), 1);
+
+        let mut document = Document::new(&scene);
+        for scale in [2.0, 3.0] {
+            document.edited.objects[0].scale = scale;
+            document.note();
+        }
+        let change = document.lead(false).expect("it can be undone");
+        assert!(!change.renews && document.waits_for_restart());
     }
 }

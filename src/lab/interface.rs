@@ -35,7 +35,7 @@ use crate::lab::strip::{Strip, show_folded};
 use crate::lab::theme;
 use crate::lab::tools::{self, Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
-use crate::lab::widgets::{take_pointed, take_refused};
+use crate::lab::widgets::{give_up_number, take_pointed, take_refused};
 use crate::own_presets::with_preset;
 use myxo::render::{Camera, View};
 use myxo::scene::settings::{Settings, Show};
@@ -74,6 +74,8 @@ pub struct Interface {
     pub autopilot: Autopilot,
     /// Is the key held?
     shift: bool,
+    /// The field for text or a number that had the keyboard when the last pass was shown.
+    field: Option<egui::Id>,
     /// The camera of the last frame, and since when it has been there.
     camera: (Camera, f64),
 }
@@ -109,6 +111,7 @@ impl Interface {
             notices: Notices::default(),
             autopilot: Autopilot::default(),
             shift: false,
+            field: None,
             camera: (Camera::default(), 0.0),
         };
         interface.open(scene);
@@ -229,6 +232,8 @@ impl Interface {
             ctx.request_repaint();
         }
         self.note_at_rest(&ctx, now);
+        let focused = ctx.memory(|memory| memory.focused());
+        self.field = focused.filter(|_| ctx.text_edit_focused());
         Shown {
             commands,
             picture,
@@ -265,12 +270,26 @@ impl Interface {
             return;
         }
         self.navigation.keep_keys(ctx);
+        let leaves_field = self.leaves_field(ctx);
+        if leaves_field {
+            give_up_number(ctx);
+        }
         // A key that ends it does no more.
         let ends =
             |action: &Action| has_ended && matches!(action, Action::Autopilot | Action::Back);
-        for action in pressed(ctx).into_iter().filter(|action| !ends(action)) {
+        let pressed = pressed(ctx, leaves_field).into_iter();
+        for action in pressed.filter(|action| !ends(action)) {
             self.perform(ctx, action, facts, (&mut *actions, &mut *commands));
         }
+    }
+
+    /// Has Escape left a field? egui has taken the keyboard from it already. The search is left by an action.
+    fn leaves_field(&self, ctx: &egui::Context) -> bool {
+        let is_left = |field| {
+            ctx.memory(|memory| memory.had_focus_last_frame(field) && !memory.has_focus(field))
+        };
+        let is_pressed = ctx.input(|i| i.key_pressed(egui::Key::Escape));
+        is_pressed && self.field.is_some_and(is_left) && !self.panel.is_searching()
     }
 
     /// Shows what lies round the picture: the line of facts, the panel, the gallery and the kept states. Returns the rectangle of
@@ -757,10 +776,12 @@ impl Interface {
         // The entry to come back to has all of a look that was on its way.
         self.document.end_morph();
         let fits = self.document.is_fitted();
+        let foods = self.document.edited.foods.clone();
         let Some(change) = self.document.lead(again) else {
             return;
         };
         self.tools.let_food_go();
+        (self.tools).follow_food(&foods, &self.document.edited.foods);
         self.document.fit_again(fits);
         let preset = self.document.preset.as_deref();
         let is_there = preset.is_some_and(|name| self.looks.preset_text(name).is_some());

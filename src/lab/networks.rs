@@ -223,6 +223,7 @@ fn wait_for(shared: &Mutex<Option<TrailCopy>>, handle: &Handle) -> Result<Vec<f3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lab::feeding::Feeder;
     use crate::lab::on_device::{self, SMALL, context, run};
     use crate::lab::state_copy::StateCopy;
     use glam::{DAffine3, DVec3};
@@ -348,7 +349,7 @@ mod tests {
         let mut networks = Networks::default();
         let now = Instant::now();
         begin(&mut networks, &mut frames, &mut stage, now, 0);
-        before.put(&mut stage).unwrap();
+        before.put(&mut stage, &mut Feeder::default()).unwrap();
         assert!(found(&mut networks, &stage, now).is_none());
         assert!(networks.is_due(&stage, now), "the state is another one");
         begin(&mut networks, &mut frames, &mut stage, now, 0);

@@ -59,6 +59,11 @@ pub struct ParameterPanel {
 }
 
 impl ParameterPanel {
+    /// Is the keyboard in the field of the search?
+    pub fn is_searching(&self) -> bool {
+        self.is_searching
+    }
+
     /// Leaves the search, if the keyboard is in its field.
     pub fn leave_search(&mut self) -> bool {
         let leaves = std::mem::take(&mut self.is_searching);

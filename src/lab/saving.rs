@@ -1,9 +1,10 @@
 //! Scene files that the lab writes: numbered and never over another, or by a name that the user chose.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use myxo::plain_text::Shown as _;
-use myxo::whole_file::write_whole;
+use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
 use crate::lab::names::Reserved;
@@ -61,7 +62,12 @@ pub fn save_scene(
 
 /// Saves a scene's text into this file, in the place of one that is there.
 pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> Result<PathBuf> {
-    write_whole(path, text(path)?).map_err(Error::io("write", path))?;
+    let io = Error::io("write", path);
+    // First, because `text` may write over the map of the scene that is there.
+    let mut file = WholeFile::create(path).map_err(&io)?;
+    let text = text(path)?;
+    file.write_all(text.as_bytes()).map_err(&io)?;
+    file.finish().map_err(&io)?;
     Ok(path.to_owned())
 }
 
@@ -156,6 +162,16 @@ mod tests {
         assert!(error.contains("fern.v2.toml is there already"), "{error}");
         let error = save_scene(&second, "torus", |_| Ok("".to_owned())).unwrap_err();
         assert!(error.to_string().contains("torus_000002.toml"), "{error}");
+    }
+
+    /// Would catch: a map of areas that is written over although the scene beside it cannot be replaced.
+    #[test]
+    fn nothing_is_written_beside_a_scene_that_cannot_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let taken = folder.path().join("taken.toml");
+        std::fs::create_dir(&taken).unwrap();
+        let error = write_scene(&taken, |_| panic!("the map would be another one")).unwrap_err();
+        assert!(error.to_string().contains("taken.toml"), "{error}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use myxo::scene::settings::Settings;
 use myxo::sim::Snapshot;
 use myxo::sim::types::{Motion, Particle};
 
+use crate::lab::feeding::Feeder;
 use crate::lab::stage::Stage;
 
 /// A state with the settings that it ran with.
@@ -24,8 +25,9 @@ impl StateCopy {
         })
     }
 
-    /// Brings a stage of the same scene back to this state. Food is what it was if the settings of food are.
-    pub fn put(&self, stage: &mut Stage) -> Result<()> {
+    /// Brings a stage of the same scene back to this state. Food is what it was if the settings of food are; food that is being measured
+    /// is given up, because these settings do not have it.
+    pub fn put(&self, stage: &mut Stage, food: &mut Feeder) -> Result<()> {
         let before = stage.simulation.settings().clone();
         stage.simulation.apply(&self.settings)?;
         if let Err(error) = stage.simulation.restore(&self.snapshot) {
@@ -33,6 +35,7 @@ impl StateCopy {
             return Err(error);
         }
         stage.state_is_replaced();
+        food.want(&stage.simulation, &self.settings);
         Ok(())
     }
 
@@ -62,4 +65,38 @@ pub fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
     let texel = 4 * size_of::<f32>();
     (particles * particle + texels * texel) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::on_device::{SMALL, context, stage};
+    use myxo::scene::settings::FoodSettings;
+    use std::time::{Duration, Instant};
+
+    /// Would catch: food that was being measured when the scene went back, and that comes into a state which does not have it.
+    #[test]
+    fn food_on_its_way_does_not_come_into_an_earlier_state() {
+        let Some(ctx) = context() else { return };
+        let mut stage = stage(&ctx, "cube", &SMALL);
+        let before = StateCopy::of(&stage).unwrap();
+        let mut fed = before.settings.clone();
+        fed.foods.push(FoodSettings {
+            object: fed.objects[0].name.clone(),
+            at: [0.0, 1.0, 0.0],
+            ..FoodSettings::default()
+        });
+        let mut food = Feeder::default();
+        food.want(&stage.simulation, &fed);
+        assert!(food.is_busy());
+        before.put(&mut stage, &mut food).unwrap();
+        let begun = Instant::now();
+        while food.is_busy() {
+            let fed = food.take(&stage.simulation);
+            assert!(fed.is_none(), "it is not wanted any more");
+            assert!(begun.elapsed() < Duration::from_secs(60), "it hangs");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
 }

@@ -27,6 +27,13 @@ pub struct KeptState {
     facts: KeptFacts,
 }
 
+impl KeptState {
+    /// No two states of a window share it.
+    pub fn number(&self) -> u64 {
+        self.facts.number
+    }
+}
+
 /// All of them, the first one first.
 #[derive(Default)]
 pub struct Timeline {
@@ -40,9 +47,10 @@ impl Timeline {
     /// Is it time to keep a state of so many bytes at this step?
     pub fn is_due(&self, now: Instant, step: u64, bytes: u64) -> bool {
         let last = self.states.last().map(|last| &last.facts);
-        // If the user has kept so many that there is no place, none is kept by itself.
-        let is_full =
-            self.states.len() >= MOST && self.states.iter().all(|kept| kept.facts.by_user);
+        // If those of the user leave no room, none is kept by itself: it would go at once, and be due again in the next frame.
+        let by_user = || self.states.iter().filter(|kept| kept.facts.by_user);
+        let taken: u64 = by_user().map(|kept| kept.copy.bytes()).sum();
+        let is_full = by_user().count() >= MOST || taken + bytes > MOST_BYTES;
         let is_new = last.is_none_or(|last| last.step != step && now >= last.since + INTERVAL);
         let has_failed = self.failed.is_some_and(|failed| now < failed + INTERVAL);
         is_new && !is_full && !has_failed && step >= GROWN_AT && 4 * bytes <= MOST_BYTES
@@ -58,14 +66,14 @@ impl Timeline {
         bytes <= MOST_BYTES
     }
 
-    /// Keeps a state with a small picture, and returns its number.
+    /// Keeps a state with a small picture, and returns it. It has gone again if those of the user leave no room.
     pub fn keep(
         &mut self,
         copy: StateCopy,
         (colors, picture): (ColorMap, ColorImage),
         now: Instant,
         by_user: bool,
-    ) -> u64 {
+    ) -> Arc<KeptState> {
         self.last_number += 1;
         let facts = KeptFacts {
             number: self.last_number,
@@ -74,26 +82,27 @@ impl Timeline {
             by_user,
             picture: Arc::new(picture),
         };
-        self.states.push(Arc::new(KeptState {
+        let kept = Arc::new(KeptState {
             copy,
             colors,
             facts,
-        }));
+        });
+        self.states.push(Arc::clone(&kept));
         self.thin(now);
-        self.last_number
+        kept
     }
 
     /// The state of this number, if it is still kept.
     pub fn find(&self, number: u64) -> Option<Arc<KeptState>> {
-        let found = self.states.iter().find(|kept| kept.facts.number == number);
+        let found = self.states.iter().find(|kept| kept.number() == number);
         found.cloned()
     }
 
     /// A state that may have gone comes back to its place; undo has its number.
     pub fn keep_again(&mut self, kept: &Arc<KeptState>) {
-        if self.find(kept.facts.number).is_none() {
-            let number = kept.facts.number;
-            let place = (self.states).partition_point(|other| other.facts.number < number);
+        let number = kept.number();
+        if self.find(number).is_none() {
+            let place = (self.states).partition_point(|other| other.number() < number);
             self.states.insert(place, Arc::clone(kept));
         }
     }
@@ -153,7 +162,12 @@ mod tests {
         }
     }
 
-    fn keep(timeline: &mut Timeline, copy: StateCopy, now: Instant, by_user: bool) -> u64 {
+    fn keep(
+        timeline: &mut Timeline,
+        copy: StateCopy,
+        now: Instant,
+        by_user: bool,
+    ) -> Arc<KeptState> {
         let picture = ColorImage::filled([1, 1], egui::Color32::BLACK);
         timeline.keep(copy, (ColorMap::default(), picture), now, by_user)
     }
@@ -172,8 +186,8 @@ mod tests {
         let mut own = 0;
         for i in 1..=200 {
             assert!(timeline.is_due(at(i), 100 * i, 1));
-            let number = keep(&mut timeline, copy(100 * i, 1), at(i), i == 50);
-            own = if i == 50 { number } else { own };
+            let kept = keep(&mut timeline, copy(100 * i, 1), at(i), i == 50);
+            own = if i == 50 { kept.number() } else { own };
             assert!(!timeline.is_due(at(i), 100 * i + 1, 1), "too soon");
             assert!(!timeline.is_due(at(i + 1), 100 * i, 1), "paused");
         }
@@ -203,6 +217,8 @@ mod tests {
             assert!(timeline.bytes() <= MOST_BYTES);
         }
         assert_eq!(timeline.facts().len(), 5);
+        timeline.forget();
+        assert!(timeline.facts().is_empty());
         let later = now + 20 * INTERVAL;
         assert!(timeline.is_due(later, 99, MOST_BYTES / 4));
         assert!(!timeline.is_due(later, 99, MOST_BYTES / 4 + 1));
@@ -210,7 +226,30 @@ mod tests {
         assert!(!timeline.is_due(later, 99, 1) && timeline.is_due(later + INTERVAL, 99, 1));
         assert!(Timeline::has_room(MOST_BYTES) && !Timeline::has_room(MOST_BYTES + 1));
         assert!(size_of::<Particle>() < StateCopy::bytes_of_particles());
-        timeline.forget();
-        assert!(timeline.facts().is_empty());
+    }
+
+    /// Would catch: a copy of the state in every frame once those of the user take all room, by their number or their size; and a state
+    /// that was left, and that undo does not find.
+    #[test]
+    fn those_of_the_user_may_take_all_room() {
+        let now = Instant::now();
+        let later = now + 2 * INTERVAL;
+        let large = (MOST_BYTES / 5) as usize / StateCopy::bytes_of_particles();
+        for (count, particles) in [(MOST as u64, 1), (5, large)] {
+            let mut timeline = Timeline::default();
+            for step in 1..count {
+                keep(&mut timeline, copy(step, particles), now, true);
+            }
+            let bytes = copy(0, particles).bytes();
+            assert!(timeline.is_due(later, 99, bytes), "there is room for one");
+            keep(&mut timeline, copy(count, particles), now, true);
+            assert!(!timeline.is_due(later, 99, bytes));
+            // The state that the user leaves for another one.
+            let left = keep(&mut timeline, copy(99, particles), later, false);
+            assert!(timeline.find(left.number()).is_none());
+            timeline.keep_again(&left);
+            assert!(timeline.find(left.number()).is_some());
+            assert!(!timeline.is_due(later + INTERVAL, 100, bytes), "it stays");
+        }
     }
 }

@@ -65,6 +65,23 @@ pub fn take_refused(ctx: &egui::Context) -> Option<String> {
     ctx.data_mut(|data| data.remove_temp(Id::new(REFUSED)))
 }
 
+/// The key under which egui keeps the pass in which a number was given up.
+const GIVEN_UP: &str = "number given up";
+
+/// Escape has left a field: a number that was typed into it is not taken. egui would take it in the next pass, in which the field still
+/// counts as one that has just lost the keyboard.
+pub fn give_up_number(ctx: &egui::Context) {
+    let pass = ctx.cumulative_pass_nr();
+    ctx.data_mut(|data| data.insert_temp(Id::new(GIVEN_UP), pass));
+}
+
+/// Was a number given up in this pass, or in the one before?
+fn is_given_up(ctx: &egui::Context) -> bool {
+    let pass = ctx.cumulative_pass_nr();
+    let given_up = ctx.data(|data| data.get_temp::<u64>(Id::new(GIVEN_UP)));
+    given_up.is_some_and(|given_up| pass <= given_up + 1)
+}
+
 /// Reads what is typed into a field of numbers. Other text is refused with a message, and the number stays unchanged.
 pub fn reader(
     ui: &Ui,
@@ -72,6 +89,9 @@ pub fn reader(
 ) -> impl Fn(&str) -> Option<f64> + 'static {
     let ctx = ui.ctx().clone();
     move |text| {
+        if is_given_up(&ctx) {
+            return None;
+        }
         let number = parse(text);
         if number.is_none() && !text.trim().is_empty() {
             refuse(

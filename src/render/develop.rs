@@ -20,10 +20,13 @@ use crate::sim::kernels::{
     SmoothEdges, SmoothEdgesArgs, SmoothEdgesConstants, SmoothEdgesParams,
 };
 
-/// The most levels of a bloom: the coarsest has a cell for 128 pixels.
-const MOST_LEVELS: usize = 6;
-/// The weight of each level against the one that is finer.
-pub const LEVEL_WEIGHT: f32 = 0.7;
+/// The smaller side of a picture, in pixels, in which the bloom is made of the levels as they are: the finest has a cell for 4 pixels, the
+/// coarsest one for 128. In larger and smaller pictures it is as wide as a share of the picture, and lies between the levels.
+const SIDE: f32 = 720.0;
+/// How many levels that picture has.
+const LEVELS: usize = 6;
+/// The weight of each of them against the one that is finer.
+const LEVEL_WEIGHT: f32 = 0.7;
 
 /// Which light of a picture blooms, and how much.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +75,8 @@ impl Shape {
     pub fn of(size: [u32; 2]) -> Option<Self> {
         let across = size[0].div_ceil(4);
         (across.checked_mul(4)?).checked_mul(size[1])?;
+        let coarsest = (LEVELS - 1) as f32 + doublings(size);
+        let most = 1 + coarsest.ceil().max(1.0) as usize;
         let mut levels = vec![Level {
             across,
             down: size[1].div_ceil(4),
@@ -80,7 +85,7 @@ impl Shape {
         loop {
             let fine = levels[levels.len() - 1];
             let is_small = fine.across.min(fine.down) < 4 && levels.len() > 1;
-            if is_small || levels.len() == MOST_LEVELS {
+            if is_small || levels.len() == most {
                 break;
             }
             levels.push(Level {
@@ -114,12 +119,40 @@ impl Shape {
         self.levels.iter().map(|level| level.count()).sum()
     }
 
-    /// The share of all levels' sum that a bloom is.
+    /// The weights of the levels in a bloom; their sum is one.
     #[must_use]
-    pub fn share_of_sum(&self) -> f32 {
-        let weights = (0..self.levels.len()).map(|k| LEVEL_WEIGHT.powi(k as i32));
-        1.0 / weights.sum::<f32>()
+    pub fn weights(&self) -> Vec<f32> {
+        let last = (self.levels.len() - 1) as f32;
+        let mut weights = vec![0.0; self.levels.len()];
+        for k in 0..LEVELS {
+            // Where this level of a picture of the usual side lies among those that there are.
+            let place = (k as f32 + doublings(self.size)).clamp(0.0, last);
+            let (finer, share) = (place as usize, place.fract());
+            let weight = LEVEL_WEIGHT.powi(k as i32);
+            weights[finer] += weight * (1.0 - share);
+            if share > 0.0 {
+                weights[finer + 1] += weight * share;
+            }
+        }
+        let sum: f32 = weights.iter().sum();
+        weights.iter().map(|weight| weight / sum).collect()
     }
+
+    /// In what ratio a level and the coarser one beside it, to which all that are coarser still have been added, are to be added.
+    #[must_use]
+    pub fn kept_and_spread(&self, level: usize) -> [f32; 2] {
+        let weights = self.weights();
+        let is_coarsest = level + 2 == weights.len();
+        [
+            weights[level],
+            if is_coarsest { weights[level + 1] } else { 1.0 },
+        ]
+    }
+}
+
+/// How often the smaller side of a picture has doubled since [`SIDE`].
+fn doublings(size: [u32; 2]) -> f32 {
+    (size[0].min(size[1]) as f32 / SIDE).log2()
 }
 
 /// Words of a picture, in the ways that kernels access them.
@@ -194,10 +227,10 @@ pub(super) struct Developer {
     first: Pipeline<BloomFirst>,
     down: Pipeline<BloomDown>,
     up: Pipeline<BloomUp>,
-    /// Without bloom and smoothing, with smoothing, with bloom, with both.
-    develop: [Pipeline<Develop>; 4],
-    /// Without and with bloom.
-    smooth: [Pipeline<SmoothEdges>; 2],
+    /// Without bloom, with it, with it where pixels may be clear; each without and with smoothing.
+    develop: [[Pipeline<Develop>; 2]; 3],
+    /// Without bloom, with it, with it where pixels may be clear.
+    smooth: [Pipeline<SmoothEdges>; 3],
     /// Pixels so far whose light was not a number.
     pub flaws: Buffer<u32>,
 }
@@ -214,19 +247,35 @@ pub(super) struct Development {
 
 impl Developer {
     pub fn new(ctx: &Arc<Context>) -> Result<Self, GpuError> {
-        let develop = |blooms, smooths| Pipeline::new(ctx, &DevelopConstants { blooms, smooths });
-        let smooth = |blooms| Pipeline::new(ctx, &SmoothEdgesConstants { blooms });
+        let develop = |blooms, smooths, may_be_clear| {
+            let constants = DevelopConstants {
+                blooms,
+                smooths,
+                may_be_clear,
+            };
+            Pipeline::new(ctx, &constants)
+        };
+        let smooth = |blooms, may_be_clear| {
+            let constants = SmoothEdgesConstants {
+                blooms,
+                may_be_clear,
+            };
+            Pipeline::new(ctx, &constants)
+        };
         Ok(Self {
             first: Pipeline::new(ctx, &())?,
             down: Pipeline::new(ctx, &())?,
             up: Pipeline::new(ctx, &())?,
             develop: [
-                develop(false, false)?,
-                develop(false, true)?,
-                develop(true, false)?,
-                develop(true, true)?,
+                [develop(false, false, false)?, develop(false, true, false)?],
+                [develop(true, false, false)?, develop(true, true, false)?],
+                [develop(true, false, true)?, develop(true, true, true)?],
             ],
-            smooth: [smooth(false)?, smooth(true)?],
+            smooth: [
+                smooth(false, false)?,
+                smooth(true, false)?,
+                smooth(true, true)?,
+            ],
             flaws: Buffer::zeroed(ctx, "picture.flaws", 1)?,
         })
     }
@@ -250,13 +299,17 @@ impl Developer {
             let none = DispatchGroups { x: 0, y: 0, z: 1 };
             rec.update(&room.groups, 0, &[none, DispatchGroups::default()]);
         }
-        let blooms = how.bloom.is_some();
+        let form = match (how.bloom, how.is_opaque) {
+            (None, _) => 0,
+            (Some(_), true) => 1,
+            (Some(_), false) => 2,
+        };
         let is_opaque = u32::from(how.is_opaque);
         let [width, height] = shape.size;
         let cells_down = shape.levels[0].down;
         let quad_count = shape.across * height;
         rec.dispatch(
-            &self.develop[2 * usize::from(blooms) + usize::from(smooths)],
+            &self.develop[form][usize::from(smooths)],
             Threads(quad_count),
             DevelopArgs {
                 picture: &room.picture.quads,
@@ -277,7 +330,7 @@ impl Developer {
         );
         if smooths {
             rec.dispatch_indirect(
-                &self.smooth[usize::from(blooms)],
+                &self.smooth[form],
                 (&room.groups, 0),
                 SmoothEdgesArgs {
                     edges: &room.edges,
@@ -344,10 +397,8 @@ impl Developer {
         for (k, pair) in shape.levels.windows(2).enumerate().rev() {
             let [fine, coarse] = [pair[0], pair[1]];
             let is_last = k == 0;
-            let strength = match is_last {
-                true => bloom.strength * shape.share_of_sum(),
-                false => 1.0,
-            };
+            let strength = if is_last { bloom.strength } else { 1.0 };
+            let [kept, spread] = shape.kept_and_spread(k);
             rec.dispatch(
                 &self.up,
                 Threads(fine.count() as u32),
@@ -361,11 +412,84 @@ impl Developer {
                     coarse_across: coarse.across,
                     coarse_down: coarse.down,
                     coarse_first: coarse.first,
-                    spread: LEVEL_WEIGHT,
+                    kept,
+                    spread,
                     strength,
                     is_last: u32::from(is_last),
                 },
             );
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    /// The bloom of a white square, a twentieth of the height wide, to the right of it, at shares of the height from its middle.
+    fn halo(size: [u32; 2]) -> [f32; 3] {
+        let shape = Shape::of(size).unwrap();
+        let height = size[1] as f32;
+        let from_middle = |i: u32, side: u32| (i as f32 + 0.5 - 0.5 * side as f32) / height;
+        let (pitch, count) = (shape.pitch(), shape.pixel_count() as u32);
+        let words = (0..count).map(|i| {
+            let x = from_middle(i % pitch, size[0]).abs();
+            let y = from_middle(i / pitch, size[1]).abs();
+            if x.max(y) < 0.025 {
+                u32::MAX
+            } else {
+                0xff00_0000
+            }
+        });
+        let words: Vec<u32> = words.collect();
+        let bloom = Bloom {
+            threshold: 0.3,
+            slope: 2.0,
+            strength: 1.0,
+        };
+        let mut levels = vec![Vec3::ZERO; shape.cell_count()];
+        twin::bloom_first(&shape, &bloom, true, &words, &mut levels, &mut 0);
+        let pairs: Vec<[Level; 2]> = shape.levels.windows(2).map(|p| [p[0], p[1]]).collect();
+        for &[fine, coarse] in &pairs {
+            twin::bloom_down(fine, coarse, &mut levels);
+        }
+        for (k, &pair) in pairs.iter().enumerate().rev() {
+            twin::bloom_up(pair, shape.kept_and_spread(k), 1.0, k == 0, &mut levels);
+        }
+        [0.06, 0.12, 0.3].map(|away| {
+            let finest = shape.levels[0];
+            let column = (0.5 * size[0] as f32 + away * height) / 4.0;
+            let cell = finest.down / 2 * finest.across + column as u32;
+            levels[cell as usize].x
+        })
+    }
+
+    /// Would catch: bloom that is wide in small pictures and narrow in large ones, and weights that make it brighter.
+    #[test]
+    fn bloom_is_as_wide_in_pictures_of_every_size() {
+        let usual = halo([1280, 720]);
+        for size in [[640, 360], [1120, 630], [1920, 1080], [2560, 1440]] {
+            let halo = halo(size);
+            for (value, usual) in halo.iter().zip(usual) {
+                assert!(
+                    (value / usual - 1.0).abs() < 0.12,
+                    "{size:?}: {halo:?}, {usual}"
+                );
+            }
+        }
+        for size in [[1, 1], [5, 3], [300, 20], [720, 1280], [16_384, 16_384]] {
+            let shape = Shape::of(size).unwrap();
+            let weights = shape.weights();
+            assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{size:?}");
+            assert_eq!(weights.len(), shape.levels.len());
+        }
+        let weights = Shape::of([1280, 720]).unwrap().weights();
+        assert!(
+            weights
+                .windows(2)
+                .all(|w| (w[1] / w[0] - LEVEL_WEIGHT).abs() < 1e-5)
+        );
     }
 }

@@ -3,7 +3,7 @@
 //! Corners that meet at a vertex share a normal when one can go from triangle to triangle round the vertex without
 //! crossing a crease, so a cylinder's side is smooth and its rim stays sharp. Glued edges are borders here: their sides lie apart.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::mesh::surface::{NONE, Surface};
 
@@ -11,14 +11,19 @@ use crate::mesh::surface::{NONE, Surface};
 pub const CREASE_ANGLE: f32 = 0.7;
 
 /// One unit normal in object space for each corner of each triangle, `3 * triangle + corner`.
+///
+/// Areas and angles are calculated in double precision: in single precision squares of areas are beyond all numbers for models whose unit
+/// is very small or very large.
 #[must_use]
 pub fn corner_normals(surface: &Surface, crease_angle: f32) -> Vec<Vec3> {
-    let corner_position =
-        |corner: usize| surface.positions[surface.corners[corner / 3][corner % 3] as usize];
+    let corner_position = |corner: usize| {
+        surface.positions[surface.corners[corner / 3][corner % 3] as usize].as_dvec3()
+    };
     let face_normals: Vec<Vec3> = (0..surface.corners.len())
         .map(|t| {
             let [a, b, c] = [3 * t, 3 * t + 1, 3 * t + 2].map(corner_position);
-            (b - a).cross(c - a).normalize_or(Vec3::Y)
+            let normal = (b - a).cross(c - a).normalize_or(DVec3::Y);
+            normal.as_vec3()
         })
         .collect();
 
@@ -44,7 +49,7 @@ pub fn corner_normals(surface: &Surface, crease_angle: f32) -> Vec<Vec3> {
             corner_position(next(next(corner))) - here,
         );
         let angle = to_next.cross(to_last).length().atan2(to_next.dot(to_last));
-        sums[groups.root(corner)] += angle * face_normals[corner / 3];
+        sums[groups.root(corner)] += angle as f32 * face_normals[corner / 3];
     }
     (0..sums.len())
         .map(|corner| sums[groups.root(corner)].normalize_or(face_normals[corner / 3]))
@@ -180,6 +185,22 @@ mod tests {
                 normal.distance(face) < 1e-5,
                 "corner {corner}: {normal}, should be {face}"
             );
+        }
+    }
+
+    /// Would catch: squares of areas in single precision, which are infinite for a large model, and zero for a small one.
+    #[test]
+    fn a_ball_is_round_in_every_unit() {
+        let ball = Mesh::builtin("icosphere?subdivisions=2").unwrap();
+        for radius in [1e-10, 1.0, 1e11] {
+            let surface = Surface::build(&[(&ball, radius)]);
+            for (corner, position, normal) in corners(&surface, CREASE_ANGLE) {
+                let exact = position.as_dvec3().normalize().as_vec3();
+                assert!(
+                    normal.dot(exact) > 0.99,
+                    "corner {corner} of a ball of {radius}: {normal}, should be {exact}"
+                );
+            }
         }
     }
 

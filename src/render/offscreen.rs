@@ -17,17 +17,19 @@ use crate::sim::memory;
 /// The format of offscreen pictures: red first, as files have it, and sRGB.
 pub const FORMAT: Format = Format::Rgba8Srgb;
 
-/// Divides the light of a picture with a transparent background by its alpha, as files have it.
+/// Divides the light of a picture with a transparent background by its alpha, as files have it. Pixels without alpha have no colour.
 pub fn unmultiply(picture: &mut RgbaImage) {
     for pixel in picture.pixels_mut() {
-        let [.., alpha] = pixel.0;
-        if alpha == 0 || alpha == 255 {
-            continue;
-        }
-        let alpha = f32::from(alpha) / 255.0;
-        for channel in &mut pixel.0[..3] {
-            let light = linear_from_srgb(f32::from(*channel) / 255.0) / alpha;
-            *channel = (255.0 * srgb_from_linear(light)).round() as u8;
+        match pixel.0 {
+            [.., 0] => pixel.0 = [0; 4],
+            [.., 255] => {}
+            [.., alpha] => {
+                let alpha = f32::from(alpha) / 255.0;
+                for channel in &mut pixel.0[..3] {
+                    let light = linear_from_srgb(f32::from(*channel) / 255.0) / alpha;
+                    *channel = (255.0 * srgb_from_linear(light)).round() as u8;
+                }
+            }
         }
     }
 }

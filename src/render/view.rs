@@ -131,6 +131,8 @@ const MOVING_TIMES: u32 = 48;
 const MOVING_VERTICES: usize = 64;
 /// The largest distance that scene files take, scene radii.
 const FARTHEST: f32 = 50.0;
+/// The largest coordinate of what the camera looks at that scene files take, scene radii.
+const FARTHEST_TARGET: f32 = 1000.0;
 /// The margin around the whole atlas.
 const ATLAS_MARGIN: f32 = 1.04;
 
@@ -259,7 +261,7 @@ pub fn margins(size: Vec2) -> [f32; 4] {
     [0.0, 0.02 * size.y, 0.0, 0.07 * size.y]
 }
 
-/// Every vertex of a scene, in world space, and the places of some vertices of moving objects in the first minute.
+/// Every vertex of a scene at its start, in world space, and the places of some vertices of moving objects in the minute that follows.
 pub fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
     let moving = scene.settings.objects.iter().enumerate();
     let moving: Vec<usize> = moving
@@ -267,9 +269,10 @@ pub fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
         .map(|(i, _)| i)
         .collect();
     let all: Vec<usize> = (0..scene.surface.objects.len()).collect();
-    let first = std::iter::once((0.0, usize::MAX, all));
+    let start = scene.settings.time.start;
+    let first = std::iter::once((start, usize::MAX, all));
     let later = (1..=MOVING_TIMES).map(move |i| {
-        let time = 60.0 * f64::from(i) / f64::from(MOVING_TIMES);
+        let time = start + 60.0 * f64::from(i) / f64::from(MOVING_TIMES);
         (time, MOVING_VERTICES, moving.clone())
     });
     first.chain(later).flat_map(move |(time, most, objects)| {
@@ -320,7 +323,7 @@ impl Camera {
             distance: length(self.distance / self.scene_radius).min(FARTHEST),
             target: ((self.target - center) / self.scene_radius)
                 .to_array()
-                .map(length),
+                .map(|radii| length(radii).clamp(-FARTHEST_TARGET, FARTHEST_TARGET)),
             field_of_view: degrees(self.vertical_fov),
         }
     }
@@ -368,6 +371,7 @@ impl AtlasWindow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::parameters::{Kind, PARAMETERS};
     use crate::scene::settings::Settings;
 
     #[test]
@@ -394,6 +398,29 @@ mod tests {
         ] {
             assert_eq!(a, b, "{returned:?}");
         }
+    }
+
+    /// Would catch: a scene that was saved while the camera was far away, and that cannot be opened again.
+    #[test]
+    fn a_camera_that_is_far_away_is_written_as_files_can_have_it() {
+        let camera = Camera {
+            target: Vec3::new(1e7, -1e7, 5.0),
+            distance: 1e7,
+            scene_radius: 10.0,
+            ..Camera::default()
+        };
+        let settings = camera.to_settings(Vec3::ZERO);
+        let range = |key: &str| {
+            let row = PARAMETERS.iter().find(|row| row.key == key);
+            match row.map(|row| &row.kind) {
+                Some(Kind::Number(number)) => number.range,
+                Some(Kind::Vector { range, .. }) => *range,
+                _ => panic!("{key} is no number"),
+            }
+        };
+        let (low, high) = range("camera.target");
+        assert_eq!(settings.target.map(f64::from), [high, low, 0.5]);
+        assert_eq!(f64::from(settings.distance), range("camera.distance").1);
     }
 
     #[test]
@@ -448,6 +475,30 @@ mod tests {
         );
         let filled = (high - low) / size;
         assert!(filled.max_element() > 0.7, "{filled}");
+    }
+
+    /// Would catch: a camera and a ground for where objects are at the time 0, in a scene that starts later.
+    #[test]
+    fn a_scene_that_starts_late_is_whole_in_its_picture() {
+        let mut settings = Settings::default();
+        settings.time.start = 1000.0;
+        // At the start it is at the end of its way, and hardly moves.
+        settings.objects[0].motion.slide = [20.0, -10.0, 0.0];
+        settings.objects[0].motion.slide_period = 4000.0;
+        let scene = Scene::from_settings("late".to_owned(), settings, ".".into()).unwrap();
+        let size = Vec2::new(320.0, 200.0);
+        let view = View::of(&scene, size);
+        let pose = scene.world_from_object()[0];
+        for &position in &scene.surface.positions {
+            let pixel = view.camera.pixel(pose.transform_point3(position), size);
+            let pixel = pixel.unwrap();
+            assert!(
+                pixel.min_element() > 0.0 && pixel.cmplt(size).all(),
+                "{pixel}"
+            );
+        }
+        let ground = view.ground.unwrap().height;
+        assert!((-11.0..-10.0).contains(&ground), "{ground}");
     }
 
     #[test]

@@ -362,6 +362,34 @@ fn python_reads_checks_and_plots_what_export_has_written() {
     }
 }
 
+/// Would catch: a check by which files are wrong in which particles have stayed, and have left no trail.
+#[test]
+fn python_checks_files_of_one_particle_a_cell() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let data = folder.file("x.npz");
+    let run = ["export", "cube", "--steps", "5", "--out", path(&data)];
+    let crowded = [
+        "--set=particles.count=400",
+        "--set=atlas.size=64",
+        "--set=physarum.model=jones",
+        "--set=physarum.speed=0.05",
+    ];
+    for more in [&[][..], &["--set=feeding.scattered=2"]] {
+        done(&[&run[..], &crowded, more].concat());
+        let output = Command::new(python())
+            .arg(root().join("examples/read_npz.py"))
+            .arg(&data)
+            .output()
+            .expect("it starts");
+        let (said, messages) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(0), "{said}{messages}");
+        assert!(said.contains("checked: 400 particles, "), "{said}");
+    }
+}
+
 /// Would catch: another layout of the ball, for which the map that comes with the experiment has walls in wrong places.
 #[test]
 fn the_walls_round_the_ball_fit_its_layout() {

@@ -6,7 +6,7 @@ use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, PermissionsExt as _,
 use std::path::Path;
 use std::process::Command;
 
-use crate::program::{Folder, done, failed, path, short_render};
+use crate::program::{Folder, done, failed, no_device, path, short_render};
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
@@ -188,6 +188,61 @@ fn what_a_run_reads_is_not_replaced_unless_that_is_allowed() {
     ];
     let message = failed(&query);
     assert!(message.contains("is an input of this run"), "{message}");
+}
+
+/// Would catch: an input that is lost because a frame, a file of a series, or the map beside a scene file had its name.
+#[test]
+fn numbered_files_and_maps_replace_nothing_that_a_run_reads() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let text =
+        "[particles]\ncount = 500\n[atlas]\nsize = 64\n[[object]]\nmesh = \"builtin:cube\"\n";
+    let scene = folder.with("o_000002.toml", text);
+    let mask = folder.file("mk_00001.png");
+    let white = image::GrayImage::from_pixel(4, 4, image::Luma([255]));
+    white.save(&mask).unwrap();
+    let map = folder.file("own_areas.png");
+    let green = image::RgbImage::from_pixel(4, 4, image::Rgb([0, 255, 0]));
+    green.save(&map).unwrap();
+    // What is exported to it has its areas in the map that it names.
+    let own = folder.with("own.toml", "# map = \"own_areas.png\"\n");
+    let contents = || {
+        let names = folder.names().into_iter();
+        let all = names.map(|name| (fs::read(folder.file(&name)).unwrap(), name));
+        all.collect::<Vec<_>>()
+    };
+    let before = contents();
+
+    let (series, frames) = (folder.file("o.toml"), folder.file("mk_%05d.png"));
+    let series = ["--steps", "3", "--every", "2", "--out", path(&series)];
+    let series = [&["export", path(&scene)], &series[..]].concat();
+    let masked = format!("particles.start_mask={}", path(&mask));
+    let masked = ["--set", "particles.start=mask", "--set", masked.as_str()];
+    let frames = ["--size", "16x12", "--out", path(&frames)];
+    let few = ["--steps", "2", "--every", "1"];
+    let filmed = [&["render", path(&scene)], &few[..], &masked, &frames].concat();
+    let painted = format!("areas.map={}", path(&map));
+    let painted = [
+        "--set",
+        painted.as_str(),
+        "--steps",
+        "1",
+        "--out",
+        path(&own),
+    ];
+    let painted = [&["export", path(&scene)], &painted[..]].concat();
+    for (run, input) in [(&series, &scene), (&filmed, &mask), (&painted, &map)] {
+        let message = failed(run);
+        let says = format!("{} is an input of this run", path(input));
+        assert!(message.contains(&says), "{message}");
+        assert!(message.contains("--overwrite-input"), "{message}");
+        assert!(contents() == before, "{says}");
+    }
+    done(&[&series[..], &["--overwrite-input"]].concat());
+    let after = fs::read_to_string(&scene).unwrap();
+    assert!(after.starts_with("# o_000002, as it was at step 2."));
 }
 
 /// Would catch: a checkpoint that cannot be resumed, without a warning, because a scene file cannot name the folder of its models.

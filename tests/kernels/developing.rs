@@ -3,7 +3,7 @@
 use crate::common::gpu;
 use glam::Vec3;
 use myxo::gpu::{Buffer, DispatchGroups, Kernel as _, Pipeline, Texels, Threads};
-use myxo::render::develop::{Bloom, LEVEL_WEIGHT, Shape, twin};
+use myxo::render::develop::{Bloom, Shape, twin};
 use myxo::render::mean;
 use myxo::render::renderer::ground;
 use myxo::rng::{Purpose, random};
@@ -114,6 +114,7 @@ fn developing_kernels_agree_with_their_twins() {
         for (k, pair) in shape.levels.windows(2).enumerate().rev() {
             let [fine, coarse] = [pair[0], pair[1]];
             let strength = if k == 0 { BLOOM.strength } else { 1.0 };
+            let [kept, spread] = shape.kept_and_spread(k);
             gpu.run(|rec| {
                 let params = BloomUpParams {
                     cell_count: fine.count() as u32,
@@ -122,14 +123,16 @@ fn developing_kernels_agree_with_their_twins() {
                     coarse_across: coarse.across,
                     coarse_down: coarse.down,
                     coarse_first: coarse.first,
-                    spread: LEVEL_WEIGHT,
+                    kept,
+                    spread,
                     strength,
                     is_last: u32::from(k == 0),
                 };
                 let args = BloomUpArgs { bloom: &bloom };
                 rec.dispatch(&up, Threads(params.cell_count), args, params);
             });
-            twin::bloom_up(fine, coarse, strength, k == 0, &mut levels);
+            let weights = [kept, spread];
+            twin::bloom_up([fine, coarse], weights, strength, k == 0, &mut levels);
         }
         compare(&levels, "up");
         for (blooms, is_opaque) in [(false, true), (true, false), (true, true)] {
@@ -156,12 +159,18 @@ fn develops(
     [blooms, is_opaque]: [bool; 2],
 ) {
     let ctx = &gpu.ctx;
+    let may_be_clear = blooms && !is_opaque;
     let develop = DevelopConstants {
         blooms,
         smooths: true,
+        may_be_clear,
     };
     let develop = Pipeline::<Develop>::new(ctx, &develop).unwrap();
-    let smooth = Pipeline::<SmoothEdges>::new(ctx, &SmoothEdgesConstants { blooms }).unwrap();
+    let smooth = SmoothEdgesConstants {
+        blooms,
+        may_be_clear,
+    };
+    let smooth = Pipeline::<SmoothEdges>::new(ctx, &smooth).unwrap();
     let count = shape.pixel_count();
     let developed = Buffer::<u32>::zeroed(ctx, "developed", count).unwrap();
     let [into_quads, into_singles] = [4, 1].map(|n| Texels::new(&developed, n).unwrap());

@@ -2,11 +2,11 @@
 
 use crate::common::{gpu, gpu_within};
 use crate::pictures::{Stage, brightness};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use image::RgbaImage;
 use myxo::gpu::Limits;
 use myxo::render::mean::Mean;
-use myxo::render::{Offscreen, Quality};
+use myxo::render::{Offscreen, Quality, offscreen};
 use myxo::scene::settings::{ColorMap, Show};
 use myxo::sim::paint::{Brush, Dab};
 
@@ -47,22 +47,47 @@ fn bright_trail_shines_beyond_the_edge_of_its_object() {
     let dark = stage.picture(&gpu);
     stage.view.bloom = 0.0;
     assert!(difference(&dark, &stage.picture(&gpu)) < 1e-3);
-    // In a picture without background the bloom has an alpha that covers its colour.
+    gpu.finish();
+}
+
+/// Would catch: bloom that is grey or dim beside objects in pictures without a background, and one that differs on objects.
+#[test]
+fn bloom_without_a_background_is_over_black_what_it_is_on_black() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |settings| {
+        settings.picture.show = Show::Glow;
+    });
+    stage.view.camera.distance *= 2.0;
+    stage.view.background = Vec3::ZERO;
     stage.set_trail(&gpu.ctx, |_| 1.0);
     stage.view.bloom = 1.0;
+    let black = stage.picture(&gpu);
     stage.view.is_transparent = true;
-    let clear = stage.picture(&gpu);
-    let (mut covered, mut halves) = (0, 0);
-    for pixel in clear.pixels() {
-        let [r, g, b, alpha] = pixel.0;
-        // The light of a pixel is at most its alpha, so that a straight colour is at most white.
-        let light = |byte: u8| (f32::from(byte) / 255.0).powi(2);
-        let most = light(r.max(g).max(b));
-        assert!(most <= f32::from(alpha) / 255.0 + 0.02, "{pixel:?}");
-        covered += u32::from(alpha == 255);
-        halves += u32::from((5..250).contains(&alpha));
+    let mut clear = stage.picture(&gpu);
+    offscreen::unmultiply(&mut clear);
+    stage.view.bloom = 0.0;
+    let object = stage.picture(&gpu);
+    let (mut on_it, mut beside) = (0, 0);
+    for ((clear, black), object) in clear.pixels().zip(black.pixels()).zip(object.pixels()) {
+        let [colors @ .., alpha] = clear.0;
+        match object.0[3] {
+            255 => {
+                on_it += 1;
+                assert_eq!(clear, black, "on the object");
+            }
+            0 => {
+                beside += u32::from((5..250).contains(&alpha));
+                let share = f32::from(alpha) / 255.0;
+                for (color, black) in colors.iter().zip(&black.0) {
+                    let off = share * f32::from(*color) - f32::from(*black);
+                    assert!(off.abs() < 8.0, "{clear:?} is {off} from {black}");
+                }
+            }
+            // Its edge.
+            _ => {}
+        }
     }
-    assert!(covered > 500 && halves > 500, "{covered}, {halves}");
+    assert!(on_it > 500 && beside > 500, "{on_it}, {beside}");
     gpu.finish();
 }
 

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use image::{Rgba, RgbaImage};
 use myxo::gpu::{Context, Frames, Recorder};
 use myxo::mesh::surface::NONE;
-use myxo::render::colormap::srgb_from_linear;
+use myxo::render::colormap::{linear_from_srgb, srgb_from_linear};
 use myxo::render::exposure::Exposure;
 use myxo::render::mean::Mean;
 use myxo::render::{Offscreen, Renderer, View, offscreen, pick};
@@ -476,6 +476,41 @@ fn a_particle_is_drawn_where_it_is() {
         .unwrap();
     let picture = stage.picture(&gpu);
     assert!(picture.pixels().all(|pixel| brightness(pixel) < 520.0));
+    gpu.finish();
+}
+
+/// Would catch: points whose squares cover what is behind a picture without a background, and points that leave all of it uncovered.
+#[test]
+fn points_cover_as_much_as_they_are_light() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "builtin:torus?major=24&minor=12", |settings| {
+        settings.particles.count = 400;
+    });
+    stage.view.is_transparent = true;
+    stage.view.bloom = 0.0;
+    stage.view.particle_size = 9.0;
+    let surface = stage.picture(&gpu);
+    for show in [Show::Particles, Show::Headings] {
+        stage.view.show = show;
+        let picture = stage.picture(&gpu);
+        let mut beside = 0;
+        for (pixel, surface) in picture.pixels().zip(surface.pixels()) {
+            let [r, g, b, alpha] = pixel.0;
+            if surface.0[3] > 0 || [r, g, b, alpha] == [0; 4] {
+                continue;
+            }
+            beside += 1;
+            let alpha = f32::from(alpha);
+            let light = 255.0 * linear_from_srgb(f32::from(r.max(g).max(b)) / 255.0);
+            // Each of the points that lie on each other is rounded to bytes, and between hues no channel is as bright as all together.
+            let darkest = if show == Show::Headings { 0.3 } else { 0.85 };
+            assert!(
+                darkest * alpha - 6.0 < light && light < 1.15 * alpha + 6.0,
+                "{show:?}: {pixel:?}"
+            );
+        }
+        assert!(beside > 100, "{show:?}: {beside} pixels beside the object");
+    }
     gpu.finish();
 }
 

@@ -1,5 +1,8 @@
 //! Going back to the state before a reset or before another scene was opened.
 
+use crate::out::arrived;
+use crate::program::{Folder, program, shown_of};
+use crate::troubles::hear;
 use crate::{Lab, SMALL, can_open};
 
 /// Waits until this scene is at this step, with nothing being loaded.
@@ -107,8 +110,41 @@ fn what_had_grown_comes_back() {
     lab.quit();
 }
 
-/// Would catch: a kept state that comes back in part, or as another one after a reset; an undo that leads to the settings alone; and a
-/// strip that cannot be folded.
+/// Would catch: work that is gone with another scene, because no file of it can be written and it has hardly grown.
+#[test]
+fn what_no_file_can_have_comes_back() {
+    if !can_open() {
+        return;
+    }
+    let folder = Folder::new();
+    let text =
+        "[particles]\ncount = 2000\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:cube\"\n";
+    let ball = folder.with("ball.toml", text);
+    // Below a file there is no folder for scenes that are left.
+    let file = folder.with("file", "");
+    let mut program = program();
+    program
+        .current_dir(folder.path())
+        .env("XDG_DATA_HOME", &file);
+    let lab = Lab::start(program, &SMALL);
+    lab.hold();
+    let young = lab.step();
+    assert!(young < 100, "{young}");
+    lab.find("trail.decay");
+    lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
+    lab.drop_files(&[&ball]);
+    stands(&lab, "ball", 0);
+    hear(&lab, "cube as you left it is in memory only");
+    lab.click("back");
+    stands(&lab, "cube", young);
+    lab.wait("its change, too", |seen| {
+        seen["values"]["trail.decay"] == "0.5"
+    });
+    lab.quit();
+}
+
+/// Would catch: a kept state that comes back in part, or as another one after a reset; an undo that leads to the settings alone; a film
+/// that goes on in another state; and a strip that cannot be folded.
 #[test]
 fn a_kept_state_comes_back_and_undo_leads_away_from_it_again() {
     if !can_open() {
@@ -162,5 +198,17 @@ fn a_kept_state_comes_back_and_undo_leads_away_from_it_again() {
     lab.wait("it is folded", |seen| {
         seen["places"]["timeline.keep"].is_null()
     });
+    // A film ends with the frames that it has.
+    lab.click_until("out", "out", true);
+    lab.click("out.kind=GIF");
+    lab.click("out.film_size=window");
+    lab.click("out.film");
+    lab.place("out.finish");
+    lab.key_until("Escape", "the card goes", "out", false);
+    lab.click("timeline");
+    lab.click(&card);
+    let (_, frames) = shown_of(&arrived(&lab, "film_000001.gif"));
+    assert!(frames < 200, "{frames} of 300");
+    stands(&lab, "cube", grown);
     lab.quit();
 }

@@ -6,6 +6,7 @@ use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
 use serde_json::Value;
 
 use crate::input::Gesture;
+use crate::troubles::hear;
 use crate::{Lab, step, with_scene};
 
 /// Two objects beside each other; the first is in the middle of the picture.
@@ -446,6 +447,16 @@ fn a_second_look_is_chosen_painted_and_undone() {
     value("second.painted", "true");
     lab.key("period");
     assert_eq!(lab.save("pair").second_look.preset, "cells");
+    // No scene file has what was painted, and each says so.
+    let lacks = "without the second look that was painted: checkpoints have it";
+    hear(&lab, &format!("pair_000001.toml, {lacks}"));
+    lab.key("ctrl+c");
+    hear(&lab, &format!("The scene is in the clipboard, {lacks}"));
+    lab.click_until("out", "out", true);
+    lab.click("out.export=Scene");
+    hear(&lab, &format!("kB), {lacks}"));
+    let seen = lab.seen().expect("the lab has reported");
+    assert_eq!(seen["state"]["unsaved"], true);
     lab.quit();
 }
 

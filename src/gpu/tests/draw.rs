@@ -104,7 +104,7 @@ fn depth_and_blending_do_what_they_say() {
     rec.copy_image(&color, &pixels);
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
-    assert_eq!(pixels.as_slice()[0][..3], [3.0, 4.0, 0.0]);
+    assert_eq!(pixels.as_slice()[0], [5.0, 8.0, 0.0, 2.0]);
     assert_silent(&ctx);
 }
 

@@ -370,6 +370,8 @@ pub struct FileExport {
     asked: Option<(Model, Colors, Reserved)>,
     /// The state for undo that a scene file has.
     pub saves: Option<Entry>,
+    /// A scene file lacks a second look that was painted.
+    pub lacks_look: bool,
 }
 
 impl FileExport {
@@ -381,6 +383,7 @@ impl FileExport {
             path: name.path().to_owned(),
             asked: Some((model, colors, name)),
             saves: None,
+            lacks_look: false,
         }
     }
 

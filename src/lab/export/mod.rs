@@ -81,14 +81,14 @@ impl Exports {
         self.job.is_some() || self.recording.is_some()
     }
 
-    /// Another scene comes: films end with what they have, pictures that are not drawn are given up, and exports that have no
-    /// state yet.
+    /// Another scene comes, or another state: films end with what they have, pictures that are not drawn are given up, and exports that
+    /// have no state yet.
     pub fn leave_stage(&mut self) {
         match &mut self.job {
             Some(Export::Film(film)) => film.stop(),
             Some(job @ Export::Picture(_)) if job.draws() => job.cancel(),
             Some(Export::File(export)) => {
-                // The file holds the old scene, so the next scene must not count as saved.
+                // The file holds what is left, so what comes must not count as saved.
                 export.saves = None;
                 if export.is_asked() {
                     export.cancel();

@@ -228,6 +228,20 @@ impl Tools {
         desk.commands.push(Command::Apply);
     }
 
+    /// The foods were others `before`: the picked one stays picked, wherever it now stands in the list, or none is.
+    pub fn follow_food(&mut self, before: &[FoodSettings], now: &[FoodSettings]) {
+        let picked = self.food.filter(|food| *food < before.len());
+        self.food = picked.and_then(|picked| {
+            let lay = &before[picked];
+            let lies_there = |food: &FoodSettings| (&food.object, food.at) == (&lay.object, lay.at);
+            // Two may lie at one place. Of as many foods it is the one that has moved.
+            let stays = now.get(picked).is_some_and(lies_there).then_some(picked);
+            let place = || now.iter().position(lies_there);
+            let moved = || (now.len() == before.len()).then_some(picked);
+            stays.or_else(place).or_else(moved)
+        });
+    }
+
     /// The simulation refuses this food: the running food is set again, unless the user has set other food since.
     pub fn take_food_back(&mut self, refused: &Settings, document: &mut Document) {
         document.undo.forget_food(refused, &document.running);

@@ -13,6 +13,7 @@ use crate::lab::names::Reserved;
 use crate::lab::saving::whole;
 use crate::lab::stage::Stage;
 use crate::lab::window::Lab;
+use crate::lab::window::scene_text::has_painted_look;
 
 /// Why particles cannot start on painted areas.
 const NOTHING_ATTRACTS: &str =
@@ -56,11 +57,16 @@ fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     carried_bias(bias, left.setup, next.setup, &from)
 }
 
+/// Do two scenes have other maps of the second look?
+fn have_other_looks(left: &Stage, next: &Stage) -> bool {
+    let [left, next] = [left, next].map(|stage| &stage.simulation.settings().second_look.map);
+    left != next
+}
+
 /// The weights of the second look that a restarted scene keeps, as [`kept`] areas.
 fn kept_looks(looks: &[f32], left: &Stage, next: &Stage) -> Option<Vec<f32>> {
     let (here, there) = (left.simulation.setup(), next.simulation.setup());
-    let map = |stage: &Stage| stage.simulation.settings().second_look.map.clone();
-    if looks == here.looks || map(left) != map(next) {
+    if looks == here.looks || have_other_looks(left, next) {
         return None;
     }
     let from: Vec<_> = (0..here.poses.len()).map(Some).collect();
@@ -87,6 +93,14 @@ impl Lab {
             // A continued state has areas of its own, so the present state is kept.
             let begins = next.resumed.is_none();
             begins && has_other_map && !bias.is_empty() && bias != here.setup.bias
+        })
+    }
+
+    /// Would a second look that was painted be gone with this stage, because it brings another map of it? No scene file can have it.
+    pub(crate) fn loses_look_to(&self, next: &Stage) -> bool {
+        self.runner.stage.as_ref().is_some_and(|left| {
+            let begins = next.resumed.is_none();
+            begins && have_other_looks(left, next) && has_painted_look(&left.simulation)
         })
     }
 

@@ -17,6 +17,7 @@ use crate::lab::loading::{Opened, Origin};
 use crate::lab::names::unnumbered;
 use crate::lab::saving::{SceneFile, chosen, kept_name, save_scene, whole, write_scene};
 use crate::lab::stage::Stage;
+use crate::lab::window::scene_text::{WITHOUT_LOOK, has_painted_look};
 use crate::lab::window::{Lab, title};
 
 impl Lab {
@@ -173,12 +174,16 @@ impl Lab {
         });
     }
 
-    /// Was something painted that stays, besides what the scene's map says?
+    /// Was something painted that stays, besides what the scene's maps say?
     pub(super) fn has_painted(&self) -> bool {
-        let has_areas = |stage: &Stage| stage.simulation.state().bias.is_some();
-        let has_map = |stage: &Stage| !stage.simulation.setup().bias.is_empty();
         let has_strokes = self.interface.document.undo.strokes() > 0;
-        (self.runner.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
+        let has_painted = |stage: &Stage| {
+            let (state, setup) = (stage.simulation.state(), stage.simulation.setup());
+            let areas = state.bias.is_some() && (setup.bias.is_empty() || has_strokes);
+            let looks = state.looks.is_some() && (setup.looks.is_empty() || has_strokes);
+            areas || looks
+        };
+        self.runner.stage.as_ref().is_some_and(has_painted)
     }
 
     fn copy(&mut self) {
@@ -194,7 +199,11 @@ impl Lab {
         } else {
             ", without the areas that were painted: files of scenes have them (Ctrl S)"
         };
-        let text = format!("The scene is in the clipboard{without}{as_it_runs}");
+        let look = match has_painted_look(&stage.simulation) {
+            true => WITHOUT_LOOK,
+            false => "",
+        };
+        let text = format!("The scene is in the clipboard{without}{look}{as_it_runs}");
         self.notify(text, false);
     }
 

@@ -11,6 +11,7 @@ use crate::lab::names::{Reserved, unnumbered};
 use crate::lab::saving::whole;
 use crate::lab::window::Lab;
 use crate::lab::window::closing::found_again;
+use crate::lab::window::scene_text::has_painted_look;
 use myxo::plain_text::Shown as _;
 use myxo::render::output::{Output, Written};
 use myxo::{Error, Result};
@@ -181,13 +182,19 @@ impl Lab {
 
     fn export(&mut self, model: Model) -> Result<()> {
         self.is_free()?;
-        if self.runner.stage.is_none() {
-            return Ok(());
+        if model == Model::Scene {
+            // Whether a second look was painted is read at once.
+            self.paint_now()?;
         }
+        let Some(stage) = &self.runner.stage else {
+            return Ok(());
+        };
         let stem = unnumbered(&self.interface.document.name).replace(std::path::is_separator, "_");
         let name = Reserved::next(&self.export_folder(), &stem, model.ending())?;
         let colors = self.interface.exports.colors;
-        self.jobs.exports.job = Some(Export::File(FileExport::ask(model, colors, name)));
+        let mut file = FileExport::ask(model, colors, name);
+        file.lacks_look = model == Model::Scene && has_painted_look(&stage.simulation);
+        self.jobs.exports.job = Some(Export::File(file));
         Ok(())
     }
 
@@ -206,8 +213,9 @@ impl Lab {
         else {
             return Ok(());
         };
-        if job.is_asked_for(Model::Scene) && !self.interface.document.is_pending() {
-            job.saves = Some(self.interface.document.state_to_save());
+        let document = &self.interface.document;
+        if job.is_asked_for(Model::Scene) && !document.is_pending() && !job.lacks_look {
+            job.saves = Some(document.state_to_save());
         }
         let Document { view, edited, .. } = &self.interface.document;
         job.record(rec, stage, view, edited)

@@ -5,6 +5,7 @@ use crate::lab::export::recording::Recording;
 use crate::lab::feeding::Fed;
 use crate::lab::window::Lab;
 use crate::lab::window::closing::{outcome_of, outcome_of_recording, say};
+use crate::lab::window::scene_text::WITHOUT_LOOK;
 use myxo::Result;
 use myxo::render::output::Written;
 
@@ -68,19 +69,23 @@ impl Lab {
         if self.jobs.exports.ends.is_some() {
             say(&outcome_of(export.path(), &written, export.is_cancelled()));
         }
-        if export.is_cancelled() {
+        if is_given_up(export.is_cancelled(), &written) {
             let text = format!("{} was given up", export.facts().name);
             return self.notify(text, false);
         }
-        if let (Export::File(file), Ok(_)) = (export, &written)
-            && file.saves.is_some()
-        {
-            self.interface.document.saved(file.saves);
-            self.runner
-                .back
-                .saved(self.interface.document.file.as_ref());
+        let mut remark = "";
+        if let (Export::File(file), Ok(_)) = (export, &written) {
+            if file.lacks_look {
+                remark = WITHOUT_LOOK;
+            }
+            if file.saves.is_some() {
+                self.interface.document.saved(file.saves);
+                self.runner
+                    .back
+                    .saved(self.interface.document.file.as_ref());
+            }
         }
-        self.report_written(written, "");
+        self.report_written(written, remark);
     }
 
     /// A recording has ended.
@@ -90,5 +95,37 @@ impl Lab {
             say(&outcome_of_recording(recording.path(), &written, &remarks));
         }
         self.report_written(written, &remarks);
+    }
+}
+
+/// Was it cancelled before its file was written? One that is whole by then stays.
+fn is_given_up(is_cancelled: bool, written: &Result<Written>) -> bool {
+    let has_files = |written: &Written| !written.files.is_empty();
+    is_cancelled && !written.as_ref().is_ok_and(has_files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use myxo::Error;
+    use std::path::PathBuf;
+
+    /// Would catch: a picture that is there although it was given up, by what is said.
+    #[test]
+    fn a_file_that_is_written_was_not_given_up() {
+        let written = |files: &[&str]| {
+            let files = files.iter().map(PathBuf::from).collect();
+            Ok(Written { files, frames: 1 })
+        };
+        let failed = Err(Error::Invalid("it was cancelled".to_owned()));
+        for (is_cancelled, written, wanted) in [
+            (true, written(&["a.png"]), false),
+            (true, written(&[]), true),
+            (true, failed, true),
+            (false, written(&["a.png"]), false),
+            (false, written(&[]), false),
+        ] {
+            assert_eq!(is_given_up(is_cancelled, &written), wanted, "{written:?}");
+        }
     }
 }

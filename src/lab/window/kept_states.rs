@@ -1,5 +1,7 @@
 //! States that are kept while the scene runs, and the way back to them.
 
+use std::sync::Arc;
+
 use egui::ColorImage;
 use myxo::Result;
 
@@ -51,8 +53,8 @@ impl Lab {
         Ok(())
     }
 
-    /// Keeps the present state, and returns its number; none where nothing runs.
-    fn keep_state(&mut self, by_user: bool) -> Result<Option<u64>> {
+    /// Keeps the present state, and returns it; none where nothing runs.
+    fn keep_state(&mut self, by_user: bool) -> Result<Option<Arc<KeptState>>> {
         self.paint_now()?;
         let Some(stage) = &self.runner.stage else {
             return Ok(None);
@@ -72,10 +74,10 @@ impl Lab {
         let picture = ColorImage::from_rgba_unmultiplied(size, picture.as_raw());
         let colors = self.interface.document.view.color_map;
         let now = self.host.now();
-        let number = self.timeline.keep(copy, (colors, picture), now, by_user);
+        let kept = self.timeline.keep(copy, (colors, picture), now, by_user);
         self.clocks.facts.kept = self.timeline.facts();
         self.host.request_redraw();
-        Ok(Some(number))
+        Ok(Some(kept))
     }
 
     /// Goes back to a kept state, with its settings. The present state is kept before, and undo returns to it.
@@ -99,8 +101,11 @@ impl Lab {
         if !self.put_state(&kept)? {
             return Ok(());
         }
-        // Keeping the present state may have taken its place.
-        self.timeline.keep_again(&kept);
+        // Keeping the present state may have taken its place, and may have found none where those of the user leave no room.
+        for state in from.iter().chain([&kept]) {
+            self.timeline.keep_again(state);
+        }
+        let from = from.map(|from| from.number());
         self.clocks.facts.kept = self.timeline.facts();
         let document = &mut self.interface.document;
         document.edited.clone_from(&kept.copy.settings);
@@ -132,10 +137,12 @@ impl Lab {
             return Ok(false);
         };
         let painted = (stage.simulation.areas()?, stage.simulation.looks()?);
-        if let Err(error) = kept.copy.put(stage) {
+        if let Err(error) = kept.copy.put(stage, &mut self.jobs.food) {
             self.report_unless_lost("The scene cannot go back to it", error)?;
             return Ok(false);
         }
+        // A film ends with what it has, as before a restart.
+        self.jobs.exports.leave_stage();
         self.clocks.facts.step = stage.simulation.step();
         self.clocks.facts.seconds = stage.seconds();
         self.interface.document.running = kept.copy.settings.clone();

@@ -11,6 +11,10 @@ use crate::lab::waiting::Waiting;
 use crate::lab::window::areas::CarriedOver;
 use crate::lab::window::{Lab, title};
 
+/// What a restart with another map of the second look does to one that was painted.
+const OTHER_LOOK: &str =
+    "Another map of the second look has replaced what was painted: the gallery leads back to it";
+
 impl Lab {
     /// Begins to load a scene; another load under way is cancelled for it.
     pub(super) fn load<T: Into<Opened>>(
@@ -121,6 +125,8 @@ impl Lab {
         } else {
             (self.loses_areas_to(&stage)).then(|| self.keep_as_left())
         };
+        let loses_look = !is_new_scene && self.loses_look_to(&stage);
+        let has_no_file = matches!(left, Some(Err(_)));
         let carried_over = match is_new_scene {
             true => CarriedOver::default(),
             false => self.carry_over(&mut stage)?,
@@ -149,7 +155,13 @@ impl Lab {
         texts.extend(stage.resumed.take());
         let back = self.runner.back.take_coming();
         if !carried_over.state {
-            match self.keep_grown(back.is_some()) {
+            // What no file has is kept in memory, however little has grown.
+            match self.keep_grown(back.is_some() || has_no_file || loses_look) {
+                Ok(()) if has_no_file => texts.push(format!(
+                    "{} as you left it is in memory only: the gallery leads back to it",
+                    self.interface.document.name
+                )),
+                Ok(()) if loses_look => texts.push(OTHER_LOOK.to_owned()),
                 Ok(()) => {}
                 Err(error) if is_loss(&error) => return Err(error),
                 Err(error) => {

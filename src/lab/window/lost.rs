@@ -128,7 +128,7 @@ impl Lab {
             ..self
         };
         if was_painted {
-            // The painted areas are gone, and the file may have them.
+            // What was painted is gone, and the file may have it.
             lab.interface.document.file = None;
         }
         lab.pass_on_messages(&messages);

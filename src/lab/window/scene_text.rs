@@ -6,6 +6,7 @@ use myxo::mesh::Mesh;
 use myxo::plain_text::Shown as _;
 use myxo::scene::Scene;
 use myxo::scene::settings::{AreaSettings, Settings};
+use myxo::sim::Simulation;
 use myxo::sim::areas::{AreaMap, keep_beside};
 use myxo::sim::start::Masks;
 use myxo::{Error, Result};
@@ -13,6 +14,10 @@ use myxo::{Error, Result};
 use crate::lab::document::put_look;
 use crate::lab::objects::begin_on_food_that_is;
 use crate::lab::window::Lab;
+
+/// The remark on a second look that was painted, for which scene files have no place.
+pub(crate) const WITHOUT_LOOK: &str =
+    ", without the second look that was painted: checkpoints have it";
 
 /// A scene file on its way.
 #[derive(Debug, Default)]
@@ -25,6 +30,8 @@ pub(crate) struct SceneText {
     lacks: Option<Error>,
     /// Why what waits for a restart is missing.
     waits: Option<Error>,
+    /// A second look that was painted is missing.
+    lacks_look: bool,
 }
 
 impl SceneText {
@@ -42,13 +49,28 @@ impl SceneText {
         let waits = self.waits.as_ref().map(|error| {
             format!(", without the changes that wait for a restart, which would not work: {error}")
         });
-        lacks.unwrap_or_default() + &waits.unwrap_or_default()
+        let look = if self.lacks_look { WITHOUT_LOOK } else { "" };
+        lacks.unwrap_or_default() + look + &waits.unwrap_or_default()
     }
 
     /// Does it have everything?
     pub fn has_all(&self) -> bool {
-        self.lacks.is_none() && self.waits.is_none()
+        self.lacks.is_none() && self.waits.is_none() && !self.lacks_look
     }
+}
+
+/// Has it a second look that was painted? Weights that cannot be read count as painted.
+pub(crate) fn has_painted_look(simulation: &Simulation) -> bool {
+    match simulation.looks() {
+        Ok(looks) => are_painted(&looks, &simulation.setup().looks),
+        Err(_) => true,
+    }
+}
+
+/// Are these weights of a second look painted, and not those of the scene's map? Where there are none, all are 0.
+fn are_painted(looks: &[f32], of_map: &[f32]) -> bool {
+    let are_zero = |weights: &[f32]| weights.iter().all(|weight| *weight == 0.0);
+    looks != of_map && !(are_zero(looks) && are_zero(of_map))
 }
 
 impl Lab {
@@ -74,6 +96,7 @@ impl Lab {
             return Ok(SceneText { waits, ..text });
         };
         let (simulation, setup) = (&stage.simulation, stage.simulation.setup());
+        let lacks_look = has_painted_look(simulation);
         let (bias, lacks) = match simulation.areas() {
             Ok(bias) => (bias, None),
             Err(error) => (setup.bias.clone(), Some(error)),
@@ -85,6 +108,7 @@ impl Lab {
             return Ok(SceneText {
                 lacks,
                 waits,
+                lacks_look,
                 ..text
             });
         }
@@ -94,6 +118,7 @@ impl Lab {
             map,
             lacks,
             waits,
+            lacks_look,
         })
     }
 
@@ -163,5 +188,34 @@ impl Lab {
         let there = scene.settings.objects.iter().map(|object| &object.mesh);
         let wanted = settings.objects.iter().map(|object| &object.mesh);
         there.eq(wanted).then(|| scene.meshes.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: a painted second look that a scene file is said to have, and one that is said to be painted once all of it is
+    /// undone or erased.
+    #[test]
+    fn a_second_look_that_was_painted_is_missing_in_scene_files() {
+        for (looks, of_map, wanted) in [
+            (&[0.0, 0.5][..], &[0.0, 0.5_f32][..], false),
+            (&[], &[], false),
+            (&[0.0, 0.5], &[], true),
+            (&[0.0, 0.0], &[], false),
+            (&[0.0, 0.0], &[0.0, 0.5], true),
+            (&[], &[0.0, 0.5], true),
+        ] {
+            assert_eq!(are_painted(looks, of_map), wanted, "{looks:?}, {of_map:?}");
+        }
+        let has_all = SceneText::default();
+        assert!(has_all.has_all() && has_all.lacking().is_empty());
+        let lacks = SceneText {
+            lacks_look: true,
+            ..SceneText::default()
+        };
+        assert!(!lacks.has_all());
+        assert_eq!(lacks.remark(), WITHOUT_LOOK);
     }
 }

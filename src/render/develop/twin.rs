@@ -3,9 +3,10 @@
 
 use glam::{IVec2, Vec3, ivec2};
 
-use super::{Bloom, LEVEL_WEIGHT, Level, Shape};
+use super::{Bloom, Level, Shape};
 use crate::strict;
 
+const PER_BYTE: f32 = 1.0 / 255.0;
 /// Pixels along an edge that are looked at, each way.
 const LONGEST: i32 = 12;
 /// Differences from which on an edge is smoothed: of all steps of brightness, and of the brightest pixel, in sixteenths.
@@ -21,12 +22,26 @@ fn brightness_of(word: u32) -> i32 {
     ((word & 255) + 2 * (word >> 8 & 255) + (word >> 16 & 255)) as i32
 }
 
+fn seen_of(light: f32) -> f32 {
+    1.1 * strict::root(light) - 0.1 * light
+}
+
 fn with_bloom(seen: Vec3, alpha: u32, bloom: Vec3, noise: f32) -> u32 {
-    let sum = seen + (Vec3::splat(255.0) - seen) * bloom;
+    let most = bloom.x.max(bloom.y.max(bloom.z));
+    let cover = (255.0 - alpha as f32) * most;
+    let white = match alpha {
+        255 => 255.0,
+        _ => 255.0 * seen_of(alpha as f32 * PER_BYTE),
+    };
+    let mut sum = seen + (Vec3::splat(white) - seen) * bloom;
+    if cover > 0.0 {
+        let beside = bloom * strict::quotient(255.0 * seen_of(cover * PER_BYTE), most);
+        let both = sum * sum + beside * beside;
+        sum = Vec3::from_array(both.to_array().map(strict::root));
+    }
     let rounded = (sum + Vec3::splat(noise)) + Vec3::splat(0.5);
     let [r, g, b] = rounded.to_array().map(|x| (x as u32).min(255));
-    let most = bloom.x.max(bloom.y.max(bloom.z));
-    let covered = alpha as f32 + (255.0 - alpha as f32) * most;
+    let covered = alpha as f32 + cover;
     r | g << 8 | b << 16 | ((covered + 0.5) as u32).min(255) << 24
 }
 
@@ -59,7 +74,7 @@ pub fn bloom_first(
                 let is_inside = line < height && 4 * column + x < width;
                 let word =
                     picture[(line.min(height - 1) * shape.pitch() + 4 * column + x) as usize];
-                let seen = bytes_of(word) * (1.0 / 255.0);
+                let seen = bytes_of(word) * PER_BYTE;
                 let light = seen * seen;
                 let most = light.x.max(light.y.max(light.z));
                 let rise = (most - bloom.threshold) * bloom.slope;
@@ -99,7 +114,13 @@ pub fn bloom_down(fine: Level, coarse: Level, levels: &mut [Vec3]) {
 }
 
 /// Twin of `shaders/bloom_up.comp`: adds the level `coarse` to `fine`.
-pub fn bloom_up(fine: Level, coarse: Level, strength: f32, is_last: bool, levels: &mut [Vec3]) {
+pub fn bloom_up(
+    [fine, coarse]: [Level; 2],
+    [kept, spread]: [f32; 2],
+    strength: f32,
+    is_last: bool,
+    levels: &mut [Vec3],
+) {
     let between = |near: Vec3, far: Vec3| near * 0.75 + far * 0.25;
     for i in 0..fine.count() as u32 {
         let (column, row) = ((i % fine.across) as i32, (i / fine.across) as i32);
@@ -109,7 +130,7 @@ pub fn bloom_up(fine: Level, coarse: Level, strength: f32, is_last: bool, levels
         let along = |y| between(at(levels, coarse, x, y), at(levels, coarse, beside_x, y));
         let sum = between(along(y), along(beside_y));
         let own = &mut levels[(fine.first + i) as usize];
-        *own = (*own + sum * LEVEL_WEIGHT) * strength;
+        *own = (*own * kept + sum * spread) * strength;
         if is_last {
             *own = Vec3::from_array(own.to_array().map(|x| strict::root(x.min(1.0))));
         }

@@ -152,6 +152,15 @@ impl Output {
         &self.path
     }
 
+    /// The numbered files that are there already and that the first `frames` frames will replace; none if it is one file.
+    #[must_use]
+    pub fn existing(&self, frames: u64) -> Vec<PathBuf> {
+        match &self.writer {
+            Writer::Sequence(sequence) => sequence.existing(frames),
+            Writer::Picture(_) | Writer::Gif(_) | Writer::Video(_) => Vec::new(),
+        }
+    }
+
     /// How many frames have been taken without an error.
     pub fn frames(&self) -> u64 {
         self.frames

@@ -35,6 +35,28 @@ impl Numbering {
         } = self;
         self.folder.join(format!("{before}{index:0digits$}{after}"))
     }
+
+    /// The files of the first `count` frames that are there already, in any order. The folder is listed, because there may be billions of
+    /// frames.
+    pub(super) fn existing(&self, count: u64) -> Vec<PathBuf> {
+        let folder: &Path = match self.folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => &self.folder,
+        };
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+        let indices = names.filter_map(|name| self.index_of(&name));
+        let frames = indices.filter(|index| *index < count);
+        frames.map(|index| self.path(index)).collect()
+    }
+
+    /// The frame whose file has this name.
+    fn index_of(&self, name: &str) -> Option<u64> {
+        let rest = name.strip_prefix(self.before.as_str())?;
+        let number = rest.strip_suffix(self.after.as_str())?;
+        let index: u64 = number.parse().ok()?;
+        (self.path(index).file_name()? == name).then_some(index)
+    }
 }
 
 impl Kind {
@@ -127,6 +149,42 @@ mod tests {
             third_file(folder.path().to_str().unwrap()),
             Some(folder.path().join("frame_00002.png"))
         );
+    }
+
+    /// Would catch: a file that a frame replaces and that is not found, and a file that is, though no frame has its name.
+    #[test]
+    fn files_that_frames_replace_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [
+            "a_002.png",
+            "a_000.png",
+            "a_003.png",
+            "a_1000.png",
+            "a_1.png",
+            "a_+01.png",
+            "a_.png",
+            "b_001.png",
+        ] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let kind = Kind::of(&folder.path().join("a_%03d.png"));
+        let Some(Kind::Sequence(numbering)) = kind else {
+            panic!("a sequence");
+        };
+        let found = |count: u64| {
+            let mut files = numbering.existing(count);
+            files.sort();
+            files
+        };
+        let [first, third, last] = [0, 2, 1000].map(|index| numbering.path(index));
+        assert_eq!(found(3), [first, third]);
+        assert_eq!(found(1000).len(), 3);
+        assert_eq!(found(u64::MAX).last(), Some(&last));
+        let elsewhere = Kind::of(Path::new("nowhere/a_%d.png"));
+        let Some(Kind::Sequence(numbering)) = elsewhere else {
+            panic!("a sequence");
+        };
+        assert!(numbering.existing(3).is_empty());
     }
 
     #[test]

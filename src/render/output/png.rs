@@ -60,6 +60,10 @@ impl Sequence {
         })
     }
 
+    pub(super) fn existing(&self, frames: u64) -> Vec<PathBuf> {
+        self.numbering.existing(frames)
+    }
+
     pub(super) fn frame(&mut self, image: &RgbaImage) -> Result<(), OutputError> {
         let mut picture = Picture::create(&self.numbering.path(self.files.len() as u64))?;
         picture.frame(image)?;

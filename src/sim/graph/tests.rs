@@ -599,7 +599,7 @@ fn food_at(canvas: &Canvas, x: f32, z: f32) -> FoodPlace {
     food_on(canvas, 0, x, z)
 }
 
-/// A food on one of several planes, at a place that counts from its centre.
+/// A food on one of several planes, at a place from its own centre.
 fn food_on(canvas: &Canvas, object: u32, x: f32, z: f32) -> FoodPlace {
     let (point, _) = nearest_on_object(&canvas.surface, Vec3::new(x, 0.0, z), object);
     FoodPlace {
@@ -691,7 +691,7 @@ fn foods_are_reached_by_lines_that_only_cross_their_object() {
         food_on(&canvas, 1, 0.0, 0.0),
         food_on(&canvas, 1, 0.5, 0.035),
         // Nearer to the side of the line than to its end, which is near, too.
-        food_on(&canvas, 0, -2.6 + 0.045, 0.06),
+        food_on(&canvas, 0, -0.6 + 0.045, 0.06),
         food_on(&canvas, 2, 0.0, 0.3),
     ];
     graph.mark_foods(&foods, &around, 0.0);

@@ -13,7 +13,7 @@ use myxo::export::{Colors, Export, ExportFile, ExportOnTheWay, Format, Watch};
 use myxo::gpu::Frames;
 use myxo::mesh::Mesh;
 use myxo::mesh::surface::NONE;
-use myxo::scene::settings::{FoodSettings, ObjectSettings};
+use myxo::scene::settings::{ColorMap, FoodSettings, ObjectSettings};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::paint::NO_GO_BELOW;
 use myxo::sim::{Simulation, Snapshot};
@@ -162,7 +162,7 @@ fn a_model_has_every_object_at_its_pose_with_normals_and_trail() {
     let export = run.export();
     let paint = export.paint();
     for (&trail, color) in trail.iter().zip(&colors) {
-        let expected = paint.color(trail).min(Vec3::ONE).extend(1.0);
+        let expected = paint.color(trail, 0.0).min(Vec3::ONE).extend(1.0);
         assert!(glam::Vec4::from(*color).abs_diff_eq(expected, 1e-4));
     }
     assert!(trail.iter().any(|&trail| trail > 0.0));
@@ -215,12 +215,51 @@ fn a_ply_has_world_positions_normals_colours_and_trail() {
             assert!(vector(vertex).distance(world) < 1e-5);
             assert!(vector(vertex + 12).is_normalized());
             let trail = float(vertex + 27);
-            assert_eq!(bytes[vertex + 24..vertex + 27], paint.srgb(trail));
+            assert_eq!(bytes[vertex + 24..vertex + 27], paint.srgb(trail, 0.0));
             assert_eq!(integer(vertex + 31), object);
             brightest = brightest.max(trail);
         }
     }
     assert!(brightest > 0.0);
+    gpu.finish();
+}
+
+/// Would catch: a model or a mesh in the colours of the first look where the second one is.
+#[test]
+fn the_second_look_is_exported_in_its_own_colours() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO[..1], |settings| {
+        settings.particles.count = 500;
+        settings.atlas.size = 128;
+        settings.picture.color_map = ColorMap::Ice;
+        "spots".clone_into(&mut settings.second_look.preset);
+    });
+    let mut run = Run::of(&gpu, scene, 3);
+    let files = [
+        (Format::Glb, Colors::Texture),
+        (Format::Glb, Colors::Vertex),
+        (Format::Ply, Colors::Texture),
+    ];
+    let written = |export: &Export<'_>| {
+        files.map(|(format, colors)| {
+            let mut out = Cursor::new(Vec::new());
+            export.write(format, colors, &mut out).unwrap();
+            out.into_inner()
+        })
+    };
+    let nowhere = written(&run.export());
+    let in_its_colours = {
+        let mut export = run.export();
+        export.view.color_map = export.view.second_colors.expect("it has its own");
+        written(&export)
+    };
+    run.snapshot.looks = vec![1.0; run.snapshot.trail.len()];
+    let everywhere = written(&run.export());
+    for (k, (format, colors)) in files.into_iter().enumerate() {
+        let what = format!("{format:?}, {colors:?}");
+        assert!(everywhere[k] == in_its_colours[k], "{what}");
+        assert!(everywhere[k] != nowhere[k], "{what}");
+    }
     gpu.finish();
 }
 

@@ -585,6 +585,35 @@ fn errors_stay_until_they_are_clicked_away() {
     }
 }
 
+/// Would catch: Esc that takes what was typed, at once or in the next pass, or that puts down a brush besides.
+#[test]
+fn esc_in_a_field_gives_up_the_number_and_does_no_more() {
+    let mut harness = Harness::new();
+    harness.press(Key::B);
+    let brush = harness.interface.tools.tool;
+    harness.interface.panel.filter = "atlas size".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    harness.click(harness.places_of("1024")[0]);
+    harness.frame(vec![Event::Text("512".to_owned())]);
+    assert!(!harness.places_of("512").is_empty(), "it is typed");
+    harness.press(Key::Escape);
+    for _ in 0..3 {
+        harness.frame(vec![]);
+        assert_eq!(harness.interface.document.edited.atlas.size, 1024);
+    }
+    assert_eq!(harness.interface.tools.tool, brush);
+    harness.press(Key::Escape);
+    assert_eq!(harness.interface.tools.tool, Tool::Look);
+    // The next number is taken.
+    harness.time += 1.0;
+    harness.click(harness.places_of("1024")[0]);
+    harness.frame(vec![Event::Text("256".to_owned())]);
+    harness.press(Key::Enter);
+    assert_eq!(harness.interface.document.edited.atlas.size, 256);
+}
+
 #[test]
 fn text_that_is_no_number_is_reported() {
     let mut harness = Harness::new();

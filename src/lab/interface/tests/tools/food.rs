@@ -66,6 +66,39 @@ fn food_is_put_picked_changed_and_taken_away() {
     assert_eq!(harness.interface.tools.tool, Tool::Look);
 }
 
+/// Would catch: undo and redo of food before the picked one in the list, after which another one is picked and changed.
+#[test]
+fn picked_food_stays_picked_when_undo_changes_the_list() {
+    let mut harness = harness();
+    harness.press(Key::O);
+    let food = |x: f32| FoodSettings {
+        at: [x.into(), 0.0, 0.0],
+        ..FoodSettings::default()
+    };
+    let picked = |harness: &Harness| harness.interface.tools.food;
+    harness.interface.document.edited.foods = vec![food(1.0), food(2.0)];
+    harness.frame(vec![]);
+    harness.interface.document.edited.foods.remove(0);
+    harness.interface.tools.food = Some(0);
+    harness.frame(vec![]);
+    harness.interface.undo(&mut Vec::new());
+    assert_eq!(harness.interface.document.edited.foods.len(), 2);
+    assert_eq!(picked(&harness), Some(1));
+    harness.interface.redo(&mut Vec::new());
+    assert_eq!(picked(&harness), Some(0));
+    harness.interface.undo(&mut Vec::new());
+    harness.interface.tools.food = Some(0);
+    harness.interface.redo(&mut Vec::new());
+    assert_eq!(picked(&harness), None, "it is gone");
+    // One that was moved stays picked.
+    harness.interface.tools.food = Some(0);
+    harness.interface.document.edited.foods[0].at[0] = 3.0;
+    harness.frame(vec![]);
+    harness.interface.undo(&mut Vec::new());
+    assert_eq!(harness.interface.document.edited.foods, [food(2.0)]);
+    assert_eq!(picked(&harness), Some(0));
+}
+
 #[test]
 fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     let mut harness = harness();

@@ -65,13 +65,17 @@ fn an_object_gets_another_name_which_is_undone() {
     );
     click(&mut harness, "✏", 1);
     assert!(write(&mut harness, " ").is_empty());
-    // By two clicks on the name.
+    // By two clicks on the name; sooner they would be the third and the fourth.
+    harness.time += 1.0;
     click(&mut harness, "second", 0);
     click(&mut harness, "second", 0);
+    harness.press_with(CONTROL, Key::A);
     harness.frame(vec![Event::Text("other".to_owned())]);
-    harness.press(Key::Escape);
+    assert!(!harness.places_of("other").is_empty(), "it is typed");
+    assert!(harness.press(Key::Escape).is_empty());
     harness.frame(vec![]);
     assert_eq!(names(&harness), ["ring", "second"]);
+    assert_eq!(harness.interface.tools.selected, Some(1), "and no more");
 
     assert_eq!(harness.press_with(CONTROL, Key::Z), [Command::Apply]);
     assert_eq!(names(&harness), ["torus", "second"]);
