@@ -130,6 +130,25 @@ fn replaced(
     Cow::Owned(plain)
 }
 
+/// A text as a field of a row of comma-separated values: in quotes if it would be read as several fields, as several rows, or as a
+/// comment.
+///
+/// ```
+/// use myxo::plain_text::in_csv;
+///
+/// assert_eq!(in_csv("a b"), "a b");
+/// assert_eq!(in_csv("a, \"b\""), "\"a, \"\"b\"\"\"");
+/// assert_eq!(in_csv("#1"), "\"#1\"");
+/// ```
+#[must_use]
+pub fn in_csv(text: &str) -> Cow<'_, str> {
+    if text.contains(['"', ',', '\n', '\r']) || text.starts_with('#') {
+        Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
 /// 1234567 as `1,234,567`, without a fraction.
 #[must_use]
 pub fn with_commas(value: f64) -> String {

@@ -2,7 +2,7 @@
 //! processor, in the host's memory. There, setting up and reading back take as much again.
 
 use myxo::gpu::{Context, DeviceInfo, DeviceKind, Free};
-use myxo::mesh::atlas::{AtlasMethod, AtlasOptions};
+use myxo::mesh::atlas::{AtlasError, AtlasMethod, AtlasOptions};
 use myxo::plain_text::escaped;
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
@@ -78,6 +78,18 @@ fn atlas_bytes(options: &AtlasOptions, triangles: usize) -> u64 {
 /// Refuses an atlas of so many triangles if the host has no memory to make it; `option` is the option that sets its side.
 pub fn check_atlas(options: &AtlasOptions, triangles: usize, option: &str) -> Result<()> {
     atlas_within(options, triangles, option, Free::on_host())
+}
+
+/// The error of an atlas whose size and method are set by these options or keys: its advice names them.
+pub fn atlas_error(error: impl Into<Error>, size: &str, method: &str) -> Error {
+    match error.into() {
+        // The exit code says so.
+        cancelled @ Error::Atlas(AtlasError::Cancelled) => cancelled,
+        error => {
+            let message = error.to_string().replace("atlas.size", size);
+            Error::Invalid(message.replace("atlas.method", method))
+        }
+    }
 }
 
 fn atlas_within(

@@ -184,6 +184,15 @@ impl Atlas {
         }
     }
 
+    /// The option that sets the method.
+    fn method_option(&self) -> &'static str {
+        if self.method.is_some() {
+            "--method"
+        } else {
+            "atlas.method"
+        }
+    }
+
     fn check_picture(&self, options: &AtlasOptions) -> Result<()> {
         let side = u64::from(options.size) * u64::from(self.scale);
         if side <= LARGEST_PICTURE.into() {
@@ -203,7 +212,8 @@ impl Atlas {
         let setting_up = SettingUp::new(&scene.name, cache);
         let begun = Instant::now();
         let atlas = setting_up
-            .run(|control| atlas::Atlas::build_with(&scene.surface, &options, control))?;
+            .run(|control| atlas::Atlas::build_with(&scene.surface, &options, control))
+            .map_err(|error| room::atlas_error(error, self.size_option(), self.method_option()))?;
         if let Some(warning) = atlas.warning() {
             console::message(&format!("{}: {warning}", escaped(&scene.name)));
         }

@@ -7,7 +7,7 @@ use clap::Args;
 use myxo::Result;
 
 use super::report::Report;
-use super::{Command, Outcome, ratios};
+use super::{Command, Outcome, ratios, unless_closed};
 use crate::console;
 
 /// Compare the reports of two runs: states, settings and times
@@ -30,7 +30,7 @@ impl Command for Compare {
     /// Prints the comparison.
     fn run(&self) -> Result<Outcome> {
         let (a, b) = (Report::read(&self.a)?, Report::read(&self.b)?);
-        console::print(comparison(&a, &b))?;
+        unless_closed(console::print(comparison(&a, &b)))?;
         Ok(
             if a.state_hash == b.state_hash && !a.state_hash.is_empty() {
                 Outcome::Done
@@ -59,6 +59,17 @@ fn comparison(a: &Report, b: &Report) -> String {
             "state      DIFFERS   {} -> {}",
             a.state_hash, b.state_hash
         );
+        let unlike = match (a.arithmetic, b.arithmetic) {
+            (Some(a), Some(b)) if a == b => None,
+            (Some(_), Some(_)) => Some("have different versions of the arithmetic"),
+            _ => Some("do not both name the version of their arithmetic"),
+        };
+        if let Some(unlike) = unlike {
+            let _ = writeln!(
+                text,
+                "           the hashes cannot be compared, because the reports {unlike}: run both with one version of myxo"
+            );
+        }
         if let Some(step) = first_difference(a, b) {
             let _ = writeln!(
                 text,
@@ -167,6 +178,25 @@ mod tests {
             ..busy
         };
         assert!(!comparison(&quiet, &untimed).contains("warning"));
+    }
+
+    /// Would catch: states that are said to differ, and not that their hashes cannot be compared.
+    #[test]
+    fn hashes_of_other_arithmetic_are_not_compared() {
+        let of = |hash, arithmetic| Report {
+            arithmetic,
+            ..report(hash, 10.0)
+        };
+        let text = comparison(&of(5, Some(1)), &of(6, Some(2)));
+        assert!(text.contains("DIFFERS") && text.contains("have different versions"));
+        assert!(text.contains("arithmetic differs   1 -> 2\n"), "{text}");
+        assert!(!text.contains("the same conditions"), "{text}");
+        let text = comparison(&of(5, None), &of(6, Some(2)));
+        assert!(text.contains("do not both name the version"), "{text}");
+        for (a, b) in [(5, 6), (6, 6)] {
+            let text = comparison(&of(a, Some(2)), &of(b, Some(2)));
+            assert!(!text.contains("cannot be compared"), "{text}");
+        }
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Ctrl-C and termination signals: the first sets a flag that long work checks between steps, so that files are finished; the second ends
-//! the program at once.
+//! the program at once. Those that the program's parent ignores, as `nohup` does, stay ignored.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use myxo::render::output::Output;
 use myxo::whole_file::remove_unfinished;
-use myxo::{Error, Result};
+use myxo::{Error, Result, signals};
 
 use crate::console;
 
@@ -31,7 +31,7 @@ pub fn install_with(doing: &'static str, notify: impl Fn() + Send + 'static) -> 
         console::message_over_line(&format!("interrupted: {doing}; once more to quit at once"));
         notify();
     };
-    ctrlc::set_handler(handler)
+    signals::keeping_ignored(|| ctrlc::set_handler(handler))
         .map_err(|error| Error::Invalid(format!("cannot listen for Ctrl-C: {error}")))
 }
 

@@ -213,6 +213,14 @@ fn with_hint(mut error: clap::Error) -> clap::Error {
     error
 }
 
+/// Takes a standard output that its reader has closed, as `head` does, for success: the exit code is then that of the work.
+fn unless_closed(printed: Result<()>) -> Result<()> {
+    match printed {
+        Err(error) if is_closed_pipe(&error) => Ok(()),
+        printed => printed,
+    }
+}
+
 fn is_closed_pipe(error: &Error) -> bool {
     matches!(error, Error::Io { path, source, .. }
         if path.as_os_str() == OsStr::new(console::STDOUT) && source.kind() == std::io::ErrorKind::BrokenPipe)

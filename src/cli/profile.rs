@@ -7,6 +7,7 @@ mod turns;
 use std::path::PathBuf;
 
 use clap::Args;
+use myxo::mesh::atlas::AtlasError;
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::scene::Scene;
 use myxo::scene::suggest::nearest;
@@ -18,7 +19,7 @@ use super::options::CommonOptions;
 use super::report::{Repetition, Report, Times};
 use super::session::{Earlier, Ending, Session};
 use super::times::Run;
-use super::{Command, Outcome, interrupt, ratios};
+use super::{Command, Outcome, interrupt, ratios, unless_closed};
 use crate::console;
 
 /// Measure the GPU time of every kernel
@@ -131,18 +132,25 @@ impl Command for Profile {
             return turns::run(self, &[scene, other], report_sink);
         }
         let mut measured = Measured::new();
-        let mut done = 0;
-        let (session, ending, completed) = loop {
-            let (session, ending, completed) = self.measure(&scene, &mut measured)?;
-            done += 1;
-            if !completed || done == self.repeat {
-                break (session, ending, completed);
+        let mut results: Option<Results> = None;
+        let mut interrupted = false;
+        for _ in 0..self.repeat {
+            match self.measure(&scene, &mut measured) {
+                Ok((session, ending, completed)) => {
+                    results = Some(self.results(session, ending, &mut measured)?);
+                    interrupted = !completed;
+                }
+                // Ctrl-C while setting up: there are the results of the repetitions before.
+                Err(Error::Atlas(AtlasError::Cancelled)) if results.is_some() => interrupted = true,
+                Err(error) => return Err(error),
             }
-            session.check_messages()?;
-            session.add_to(&mut measured.earlier, &ending);
-        };
+            if interrupted {
+                break;
+            }
+        }
+        let results = results.expect("there is at least one repetition");
         let sinks = [report_sink, trace_sink];
-        self.output(session, ending, !completed, measured, sinks)
+        self.output(results, &measured.watch, interrupted, sinks)
     }
 }
 
@@ -239,26 +247,23 @@ impl Profile {
         Ok((session, ending, completed))
     }
 
-    /// Prints and writes the results.
-    fn output(
+    /// The results of a repetition together with all before. Its session ends here, as the device may have no room for another one beside
+    /// it.
+    fn results(
         &self,
         mut session: Session,
         mut ending: Ending,
-        interrupted: bool,
-        measured: Measured,
-        [report_sink, trace_sink]: [Option<Sink>; 2],
-    ) -> Result<Outcome> {
+        measured: &mut Measured,
+    ) -> Result<Results> {
         let (trace, agreement) = session.trace()?;
         session.check_messages()?;
         session.progress.finish();
         let steps_before = ending.steps;
-        session.add_earlier(&measured.earlier, &mut ending);
-        let mut report = session.report(&ending, interrupted);
-        let load = measured.watch.load();
-        report.host_load = Some(load);
+        session.add_earlier(&mut measured.earlier, &mut ending);
+        let mut report = session.report(&ending, false);
         report.warmup = Some(self.warmup.into());
         if measured.rounds.len() > 1 {
-            report.add_repetitions(measured.rounds);
+            report.add_repetitions(measured.rounds.clone());
         }
         if self.kernel.is_some() {
             report.alone.clone_from(&self.kernel);
@@ -273,11 +278,37 @@ impl Profile {
             report.kernels.clear();
             report.gpu_ms_between_kernels = None;
         }
+        let run = match &self.kernel {
+            Some(_) => Run::Kernel,
+            None if self.overlap => Run::Overlapping,
+            None => Run::Step,
+        };
+        Ok(Results {
+            report,
+            table: session.table(run),
+            trace,
+            agreement,
+            lacks_checkpoint: ending.lacks_checkpoint,
+        })
+    }
+
+    /// Prints and writes the results.
+    fn output(
+        &self,
+        results: Results,
+        watch: &Watch,
+        interrupted: bool,
+        [report_sink, trace_sink]: [Option<Sink>; 2],
+    ) -> Result<Outcome> {
+        let mut report = results.report;
+        let load = watch.load();
+        report.host_load = Some(load);
+        report.interrupted = interrupted;
         if let Some(warning) = load.warning() {
             console::message(&warning);
         }
-        if self.json {
-            console::print(report.to_json())?;
+        let printed = if self.json {
+            console::print(report.to_json())
         } else {
             console::message(&format!(
                 "{}: {} ({})",
@@ -285,21 +316,17 @@ impl Profile {
                 report.device,
                 report.driver
             ));
-            let run = match &self.kernel {
-                Some(_) => Run::Kernel,
-                None if self.overlap => Run::Overlapping,
-                None => Run::Step,
-            };
-            console::print(session.table(run) + &host_time(&report) + &repetitions(&report))?;
-        }
-        // If one of the two fails, the other is still written.
+            console::print(results.table + &host_time(&report) + &repetitions(&report))
+        };
+        // If one of the three fails, the others are still written.
         let reported = report_sink.map(|sink| sink.write(report.to_json()));
         if let (Some(sink), Some(path)) = (trace_sink, &self.trace) {
-            sink.write(trace)?;
-            console::message(&format!("{}: {agreement}", path.shown()));
+            unless_closed(sink.write(results.trace))?;
+            console::message(&format!("{}: {}", path.shown(), results.agreement));
         }
-        reported.transpose()?;
-        Ok(if ending.lacks_checkpoint {
+        unless_closed(reported.unwrap_or(Ok(())))?;
+        unless_closed(printed)?;
+        Ok(if results.lacks_checkpoint {
             Outcome::Failed
         } else if interrupted {
             Outcome::Interrupted
@@ -309,11 +336,21 @@ impl Profile {
     }
 }
 
+/// What is printed and written.
+struct Results {
+    report: Report,
+    table: String,
+    /// The trace as JSON, and how well its tracks agree.
+    trace: Vec<u8>,
+    agreement: String,
+    lacks_checkpoint: bool,
+}
+
 /// The results of the repetitions so far.
 struct Measured {
     watch: Watch,
     rounds: Vec<Repetition>,
-    /// The results of all repetitions but the last.
+    /// The times of all repetitions that have ended.
     earlier: Earlier,
 }
 

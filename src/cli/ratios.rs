@@ -66,6 +66,7 @@ pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)
             ("device", of.device.clone()),
             ("driver", of.driver.clone()),
             ("processor", of.processor.clone().unwrap_or_default()),
+            ("arithmetic", number(of.arithmetic.map(u64::from))),
             ("commit", of.commit.clone().unwrap_or_default()),
             ("validation", of.validation.to_string()),
         ]
@@ -121,7 +122,7 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
     }
     let has_other_work = differences(a, b)
         .iter()
-        .any(|(what, ..)| !["seed", "steps", "runs", "commit"].contains(what));
+        .any(|(what, ..)| !["seed", "steps", "runs", "arithmetic", "commit"].contains(what));
     if has_other_work {
         text.push_str(
             "warning: the two were not measured under the same conditions: a ratio shows the effect of all differences\n",

@@ -41,13 +41,21 @@ impl Command for Scenes {
     /// Prints the lists or the scene.
     fn run(&self) -> Result<Outcome> {
         let text = match &self.scene {
-            Some(scene) => Scene::read(scene, &self.options.overrides())?.1.to_toml(),
+            Some(scene) => as_file(Scene::read(scene, &self.options.overrides())?),
             None if self.keys => keys(),
             None => names(),
         };
         console::print(&text)?;
         Ok(Outcome::Done)
     }
+}
+
+/// A scene as a file that loads from any folder, if it comes from another one than the current one.
+fn as_file((_, mut settings, folder): (String, Settings, PathBuf)) -> String {
+    if !folder.as_os_str().is_empty() {
+        Scene::make_paths_whole(&mut settings, &folder);
+    }
+    settings.to_toml()
 }
 
 fn names() -> String {

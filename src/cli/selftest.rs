@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use glam::DAffine3;
 use myxo::gpu::{Context, ContextOptions, Frames};
-use myxo::mesh::atlas::Control;
+use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::builtin::SCENES;
 use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 
 use super::files::{Sink, check_distinct};
 use super::progress::Progress;
-use super::{Command, Outcome, interrupt};
+use super::{Command, Outcome, interrupt, unless_closed};
 use crate::console;
 
 /// Check that results on this machine match the reference hashes
@@ -343,10 +343,18 @@ impl Command for SelfTest {
             })?),
         };
         let broken = ctx.as_ref().map(arithmetic::broken).transpose()?;
-        console::print(self.head(ctx.as_deref(), broken.as_deref()))?;
-        let (rows, is_whole) = self.rows(ctx.as_ref())?;
+        // The files are written even if nothing can be printed; its first error counts.
+        let mut printed: Result<()> = Ok(());
+        let mut print = |text: String| {
+            let result = console::print(text);
+            if printed.is_ok() {
+                printed = result;
+            }
+        };
+        print(self.head(ctx.as_deref(), broken.as_deref()));
+        let (rows, is_whole) = self.rows(ctx.as_ref(), &mut print)?;
         if let Some(path) = self.table.as_ref().filter(|_| is_whole) {
-            Sink::create(path)?.write(table(&rows))?;
+            unless_closed(Sink::create(path)?.write(table(&rows)))?;
         }
         let differing = rows.iter().filter(|row| !row.agrees()).count();
         let has_broken = broken.as_ref().is_some_and(|broken| !broken.is_empty());
@@ -366,12 +374,13 @@ impl Command for SelfTest {
             }
             _ => summary(rows.len(), differing, broken.as_deref()),
         };
-        console::print(end)?;
+        print(end);
         if let Some(path) = &self.json {
             let report = self.report(ctx.as_deref(), broken.as_deref(), &rows, begun);
             let report = serde_json::to_string_pretty(&report).expect("facts are plain") + "\n";
-            Sink::create(path)?.write(report)?;
+            unless_closed(Sink::create(path)?.write(report))?;
         }
+        unless_closed(printed)?;
         Ok(outcome)
     }
 }
@@ -418,7 +427,11 @@ impl SelfTest {
     }
 
     /// Runs everything, and prints as it goes. Returns whether it was completed.
-    fn rows(&self, ctx: Option<&Arc<Context>>) -> Result<(Vec<Row>, bool)> {
+    fn rows(
+        &self,
+        ctx: Option<&Arc<Context>>,
+        print: &mut dyn FnMut(String),
+    ) -> Result<(Vec<Row>, bool)> {
         let scenes = SCENES.iter().map(|scene| scene.name);
         let scenes: Vec<&str> = scenes
             .filter(|name| self.scenes.is_empty() || self.scenes.iter().any(|own| own == name))
@@ -432,9 +445,16 @@ impl SelfTest {
                     progress.finish();
                     return Ok((rows, false));
                 }
-                let own = self.run_all(ctx, name, &runs)?;
+                let own = match self.run_all(ctx, name, &runs) {
+                    // Ctrl-C while setting up.
+                    Err(Error::Atlas(AtlasError::Cancelled)) => {
+                        progress.finish();
+                        return Ok((rows, false));
+                    }
+                    own => own?,
+                };
                 let lines = own.iter().map(|row| line(row, self.engine) + "\n");
-                console::print(lines.collect::<String>())?;
+                print(lines.collect());
                 rows.extend(own);
             }
             progress.step();

@@ -398,24 +398,20 @@ impl Session {
         })
     }
 
-    /// Adds the times of this repetition to the earlier ones.
-    pub fn add_to(&self, earlier: &mut Earlier, ending: &Ending) {
-        let mut timings = self.frames.timings().clone();
-        timings.prepend(&earlier.timings);
-        earlier.timings = timings;
-        earlier.host_ms.extend(self.host_ms.iter().flatten());
-        earlier.wall += ending.wall;
-        earlier.steps += ending.steps;
-    }
-
-    /// Puts the times of earlier repetitions before those of this one; all count alike.
-    pub fn add_earlier(&mut self, earlier: &Earlier, ending: &mut Ending) {
+    /// Puts the times of earlier repetitions before those of this one; all count alike, and are the earlier ones of the next.
+    pub fn add_earlier(&mut self, earlier: &mut Earlier, ending: &mut Ending) {
         self.frames.timings_mut().prepend(&earlier.timings);
         if let Some(host_ms) = &mut self.host_ms {
             host_ms.splice(0..0, earlier.host_ms.iter().copied());
         }
         ending.wall += earlier.wall;
         ending.steps += earlier.steps;
+        *earlier = Earlier {
+            timings: self.frames.timings().clone(),
+            host_ms: self.host_ms.clone().unwrap_or_default(),
+            wall: ending.wall,
+            steps: ending.steps,
+        };
     }
 
     /// Measures the network, and prints a line about it.
@@ -464,7 +460,8 @@ impl Session {
             copy_bandwidth: self.bandwidth,
             kept_busy: self.kept_busy,
             host_step: self.host_ms.as_deref().and_then(HostTimes::of),
-            wall_ms_per_step: Some(ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64),
+            wall_ms_per_step: (ending.steps > 0)
+                .then(|| ending.wall.as_secs_f64() * 1e3 / ending.steps as f64),
             kernels: self.kernel_times(),
             counters: Some(Counters::of(
                 &ending.snapshot,

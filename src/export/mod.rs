@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Recorder};
-use crate::plain_text::Shown as _;
+use crate::plain_text::{Shown as _, escaped};
 use crate::render::View;
 use crate::render::output::Written;
 use crate::scene::Scene;
@@ -184,7 +184,7 @@ impl<'a> Export<'a> {
         }
         format!(
             "# {}, as it was at step {}. Particles and trail start again from this file; a checkpoint keeps them.\n\n{}",
-            self.scene.name.replace('\n', " "),
+            escaped(&self.scene.name),
             self.snapshot.step,
             areas.map_or_else(|| scene.to_toml(), |areas| scene.to_toml_beside(areas))
         )

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::error::{Error, Result};
-use crate::plain_text::Shown as _;
+use crate::plain_text::{Shown as _, in_csv};
 use crate::sim::graph::{Graph, Measures, Node};
 
 /// A graph with what it is of.
@@ -78,7 +78,7 @@ impl NetworkFile<'_> {
         let mut text = "edge,from,to,length,width,trail,from_object,to_object,from_x,from_y,from_z,to_x,to_y,to_z\n".to_owned();
         for (number, edge) in self.graph.edges.iter().enumerate() {
             let [from, to] = [edge.from, edge.to].map(|node| &self.graph.nodes[node]);
-            let [a, b] = [from, to].map(|node| quoted(self.object(node)));
+            let [a, b] = [from, to].map(|node| in_csv(self.object(node)));
             let ([ax, ay, az], [bx, by, bz]) = (from.place, to.place);
             let _ = writeln!(
                 text,
@@ -175,15 +175,6 @@ impl NetworkFile<'_> {
 
     fn object(&self, node: &Node) -> &str {
         &self.objects[node.object as usize]
-    }
-}
-
-/// A text in a row of comma-separated values.
-fn quoted(text: &str) -> String {
-    if text.contains(['"', ',', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
     }
 }
 

@@ -108,10 +108,11 @@ impl Scene {
                 builtin.name.to_owned()
             }
             Source::Model(mesh) => {
-                let name = mesh
-                    .rsplit_once(':')
-                    .map_or(mesh.as_str(), |(_, name)| name);
-                let name = name_of(Path::new(name));
+                // A point among the options of a built-in mesh begins no ending.
+                let name = match mesh.strip_prefix(BUILTIN) {
+                    Some(name) => name.to_owned(),
+                    None => name_of(scene),
+                };
                 reader.settings.objects = vec![ObjectSettings {
                     mesh,
                     ..ObjectSettings::default()
@@ -315,14 +316,19 @@ impl Scene {
         files.all(is_named_whole)
     }
 
-    fn to_toml_with(&self, settings: &Settings, areas: Option<&AreaSettings>) -> String {
-        let mut settings = settings.clone();
+    /// Makes the paths of meshes, masks and maps absolute; relative ones begin at `folder`.
+    pub fn make_paths_whole(settings: &mut Settings, folder: &Path) {
         for object in &mut settings.objects {
             if !object.mesh.starts_with(BUILTIN) {
-                starts::make_whole(&mut object.mesh, &self.folder);
+                starts::make_whole(&mut object.mesh, folder);
             }
         }
-        starts::from_everywhere(&mut settings, &self.folder);
+        starts::from_everywhere(settings, folder);
+    }
+
+    fn to_toml_with(&self, settings: &Settings, areas: Option<&AreaSettings>) -> String {
+        let mut settings = settings.clone();
+        Self::make_paths_whole(&mut settings, &self.folder);
         if let Some(areas) = areas {
             settings.areas.clone_from(areas);
         }
@@ -453,18 +459,23 @@ fn glued_as_set<'a>(mesh: &'a Mesh, object: &ObjectSettings) -> Result<Cow<'a, M
     }
 }
 
-/// Names objects without a name after their meshes, and makes names unique.
+/// Names objects without a name after their meshes, and makes names unique. The first object to which a name is given keeps it, whichever
+/// come before it.
 fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
-    let mut taken = HashSet::with_capacity(objects.len());
+    let given = objects.iter().map(|object| object.name.trim());
+    let given = given.filter(|name| !name.is_empty());
+    let mut taken: HashSet<String> = given.map(str::to_owned).collect();
+    // Given names of the objects so far.
+    let mut kept = HashSet::new();
     // For repeated names, the next number to try: smaller ones are taken.
     let mut next: HashMap<String, u32> = HashMap::new();
     for (object, mesh) in objects.iter_mut().zip(meshes) {
-        let wanted = match object.name.trim() {
-            "" => mesh.name.clone(),
-            given => given.to_owned(),
+        let (wanted, is_first) = match object.name.trim() {
+            "" => (mesh.name.clone(), false),
+            given => (given.to_owned(), kept.insert(given.to_owned())),
         };
         let mut name = wanted.clone();
-        if taken.contains(&name) {
+        if !is_first && taken.contains(&name) {
             let n = next.entry(wanted.clone()).or_insert(2);
             while taken.contains(&name) {
                 name = format!("{wanted} {n}");

@@ -91,6 +91,26 @@ fn scenes_that_cannot_take_turns_are_refused() {
     }
 }
 
+/// Would catch: a scene that is lost because the report had its name.
+#[test]
+fn a_scene_that_takes_turns_is_not_replaced() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let content =
+        "[particles]\ncount = 500\n[atlas]\nsize = 64\n[[object]]\nmesh = \"builtin:cube\"\n";
+    let scene = folder.with("mine.toml", content);
+    let options = ["--against", "seed=8", "--steps", "1", "--warmup", "0"];
+    let report = ["--report", path(&scene)];
+    let message = failed(&[&["profile", path(&scene)], &options[..], &report].concat());
+    assert!(message.contains("is an input of this run"), "{message}");
+    assert_eq!(
+        std::fs::read_to_string(&scene).expect("it is there"),
+        content
+    );
+}
+
 /// Seeds are applied last, and names of meshes contain equals signs; both can be measured against. A message says if both sides are equal.
 #[test]
 fn seeds_and_meshes_can_be_measured_against() {

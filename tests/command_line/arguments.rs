@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::program::{failed, myxo, no_device, path, refused, text};
+use crate::program::{closed_pipe, failed, myxo, no_device, path, program, refused, text};
+use ::myxo::scene::{Overrides, Scene};
 
 #[test]
 fn unknown_scene_names_the_nearest() {
@@ -275,6 +276,7 @@ fn report(state_hash: &str) -> String {
     )
 }
 
+/// Would catch: states that differ, and an exit code that says otherwise because nobody reads the output.
 #[test]
 fn compare_answers_by_its_exit_code() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -295,6 +297,10 @@ fn compare_answers_by_its_exit_code() {
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stdout).starts_with("state      DIFFERS"));
     assert_eq!(text(&output.stderr), "");
+    let mut unread = program();
+    unread.args(["compare", path(&a), path(&other)]);
+    let status = unread.stdout(closed_pipe()).status();
+    assert_eq!(status.expect("the program starts").code(), Some(1));
     let message = refused(2, &["compare", path(&a), path(&broken)]);
     assert!(message.contains("broken.json"), "{message}");
     refused(2, &["compare", path(&a), "no/such.json"]);
@@ -323,6 +329,28 @@ fn a_printed_scene_is_a_scene() {
     std::fs::write(&file, &printed).expect("it can be written");
     let again = myxo(&["scenes", path(&file)]);
     assert_eq!(text(&again.stdout), printed);
+}
+
+/// Would catch: paths that begin at the folder of the scene that is printed, and lead nowhere from the folder of the file.
+#[test]
+fn a_printed_scene_of_another_folder_loads() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let below = folder.path().join("below");
+    std::fs::create_dir(&below).expect("it can be made");
+    let model = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(below.join("one.obj"), model).expect("it can be written");
+    let scene = "[areas]\nmap = \"areas.png\"\n[[object]]\nmesh = \"one.obj\"\n";
+    std::fs::write(below.join("a.toml"), scene).expect("it can be written");
+    let mut run = program();
+    run.args(["scenes", "below/a.toml"]);
+    let output = run.current_dir(folder.path()).output();
+    let output = output.expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let file = folder.path().join("b.toml");
+    std::fs::write(&file, &output.stdout).expect("it can be written");
+    let scene = Scene::load(&file, &Overrides::default()).expect("its mesh is found");
+    let map = Path::new(&scene.settings.areas.map);
+    assert!(map.is_absolute() && map.ends_with("below/areas.png"));
 }
 
 #[test]

@@ -148,6 +148,7 @@ fn settings_of_the_scene_count() {
     assert_eq!(count(&numbers, "objects"), 2);
 }
 
+/// Would catch: advice that names a key of scenes where an option counts.
 #[test]
 fn errors_say_what_is_allowed() {
     let folder = Folder::new();
@@ -180,6 +181,10 @@ fn errors_say_what_is_allowed() {
         ),
         (
             vec!["suzanne", "--method", "grid", "--size", "64"],
+            "raise --size to 356 or more",
+        ),
+        (
+            vec!["suzanne", "--method", "grid", "--set", "atlas.size=64"],
             "raise atlas.size to 356 or more",
         ),
         (
@@ -188,7 +193,11 @@ fn errors_say_what_is_allowed() {
         ),
         (
             vec![path(&model), "--method", "grid", "--size", "1"],
-            "raise atlas.size",
+            "raise --size to",
+        ),
+        (
+            vec![path(&model), "--method", "mesh"],
+            "choose --method charts or grid",
         ),
     ] {
         let message = failed(&[vec!["atlas"], arguments].concat());
@@ -237,9 +246,11 @@ fn errors_say_what_is_allowed() {
         ("nothing.obj", "nothing.obj"),
         (path(&broken), "broken.obj"),
         ("builtin:teapot", "the names are cube, torus"),
+        ("builtin:icosphere", "raise --atlas-size to"),
     ] {
         let out = folder.file("x.csv");
-        let arguments = [&query[..], &[mesh, "--out", path(&out)]].concat();
+        let options = ["--atlas-size", "16", "--out", path(&out)];
+        let arguments = [&query[..], &[mesh], &options].concat();
         let message = failed(&arguments);
         assert!(message.contains(says), "{says}\nis not in\n{message}");
         assert!(!out.exists());

@@ -118,7 +118,7 @@ fn errors_say_what_is_wrong_with_the_input() {
             "negative.csv: line 2: the amount is negative",
         ),
         ("cube", &good, "0", "atlas size 0 is out of range"),
-        ("torus", &good, "64", "raise atlas.size to"),
+        ("torus", &good, "64", "raise --atlas-size to"),
         (
             "cube",
             &good,

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 use crate::program::{
-    self, Folder, TINY, but_for_load, failed, failure, no_device, path, program,
+    self, Folder, TINY, but_for_load, closed_pipe, failed, failure, no_device, path, program,
     short_render as render, text,
 };
 
@@ -247,6 +247,28 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_none() {
         ),
         (Some(0), "")
     );
+}
+
+/// Would catch: a report or a trace that is lost because nobody reads what is printed.
+#[test]
+fn files_are_written_if_nothing_can_be_printed() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let [report, trace, turns] = ["a.json", "b.json", "c.json"].map(|name| folder.file(name));
+    let steps = ["--steps", "2", "--warmup", "0", "--report"];
+    let alone = [path(&report), "--trace", path(&trace)];
+    let against = [path(&turns), "--against", "trail.decay=0.8"];
+    for options in [alone, against] {
+        let output = program()
+            .args([&["profile"], &TINY[..], &steps, &options].concat())
+            .stdout(closed_pipe())
+            .output()
+            .expect("the program starts");
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    }
+    assert_eq!(folder.names(), ["a.json", "b.json", "c.json"]);
 }
 
 /// A preset is built in, in a file, or saved in the window.

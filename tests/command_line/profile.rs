@@ -239,6 +239,44 @@ fn repetitions_restart_and_count_together() {
     );
 }
 
+/// Would catch: repetitions that are lost because Ctrl-C comes while the next one is set up.
+#[cfg(unix)]
+#[test]
+fn repetitions_before_ctrl_c_are_kept() {
+    use crate::program::{interrupted_at, logging_its_parts};
+    use std::process::Stdio;
+    use std::time::Duration;
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.file("report.json");
+    // Two scenes that take turns are set up one after the other.
+    for (against, times) in [(&["--against", "trail.decay=0.8"][..], 3), (&[], 2)] {
+        let mut run = program::program();
+        run.args(["profile", "builtin:torus?major=100&minor=60"])
+            .args(["--set=particles.count=2000", "--set=atlas.size=400"])
+            .args(["--set=atlas.method=grid", "--steps=1", "--warmup=0"])
+            .args(["--repeat", "1000", "--report", path(&file)])
+            .args(against);
+        let run = logging_its_parts(&mut run)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        interrupted_at(run, "giving out texels", times, Duration::from_secs(20));
+        let kept = report(&file);
+        let kept = if against.is_empty() {
+            &kept
+        } else {
+            &kept["first"]
+        };
+        assert_eq!(kept["interrupted"], true, "{kept}");
+        assert!(kept["steps"].as_u64() >= Some(1), "{kept}");
+        std::fs::remove_file(&file).expect("it is there");
+    }
+}
+
 #[test]
 fn a_comparison_names_its_doubts() {
     let folder = Folder::new();

@@ -369,6 +369,7 @@ fn gif_frames(file: &Path) -> usize {
     count
 }
 
+/// Would catch: the time of the set-up as that of a step where there was none.
 #[test]
 fn no_steps_show_the_start() {
     if no_device() {
@@ -381,6 +382,7 @@ fn no_steps_show_the_start() {
     assert_eq!(report["steps"], 0);
     assert_eq!(report["counters"]["trail_mass"], 0.0);
     assert!(report["gpu_ms_per_step"].is_null() && report.get("hashes").is_none());
+    assert!(report["wall_ms_per_step"].is_null(), "{report}");
     assert_eq!(gif_frames(&film), 1);
     assert_eq!(folder.names(), ["x.gif", "x.json", "x.png"]);
 }
@@ -485,6 +487,43 @@ fn interrupted_and_resumed_ends_in_the_same_hash() {
     let straight = render(&folder, "straight", &["--steps", &(steps + 9).to_string()]);
     assert_eq!(resumed["steps"], 9);
     assert_eq!(hash(&resumed), hash(&straight));
+}
+
+/// Would catch: a run under `nohup`, or in the background of a script, that ends with its terminal or by a Ctrl-C for another program.
+#[cfg(unix)]
+#[test]
+fn signals_that_were_ignored_stay_ignored() {
+    use crate::program::signal;
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let picture = folder.file("x.png");
+    let mut child = std::process::Command::new("sh")
+        .args(["-c", "trap '' HUP INT; exec \"$@\"", "sh"])
+        .arg(program().get_program())
+        .arg("render")
+        .args(TINY)
+        .args(["--steps", "1000000", "--size", "64x48", "--hash-every", "3"])
+        .args(["--out", path(&picture)])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("there is a shell");
+    let messages = BufReader::new(child.stderr.take().expect("it is piped"));
+    let mut messages = messages.lines().map(|line| line.expect("it is text"));
+    assert!(messages.any(|line| line.starts_with("step 6: ")));
+    signal(&child, "HUP");
+    signal(&child, "INT");
+    let next: Vec<String> = messages.by_ref().take(20).collect();
+    assert!(
+        next.len() == 20 && next.iter().all(|line| line.starts_with("step ")),
+        "{next:?}"
+    );
+    signal(&child, "TERM");
+    let rest: Vec<String> = messages.collect();
+    assert_eq!(child.wait().expect("it ends").code(), Some(130), "{rest:?}");
+    assert!(picture.exists(), "{rest:?}");
 }
 
 #[test]

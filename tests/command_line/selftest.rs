@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::program::{Folder, failed, myxo, no_device, path, program, refused, text};
+use crate::program::{Folder, closed_pipe, failed, myxo, no_device, path, program, refused, text};
 use serde_json::Value;
 
 fn json(file: &std::path::Path) -> Value {
@@ -204,20 +204,23 @@ fn reports_say_whether_a_hash_is_that_of_every_device() {
     assert_eq!(run("pair", "distance.method=raster", false), false);
 }
 
+/// Would catch: a self-test that stops, and writes no file, because nobody reads what it prints.
 #[test]
 fn the_processor_alone_needs_no_device_and_makes_the_table() {
     let folder = Folder::new();
-    let file = folder.file("hashes.tsv");
+    let [file, facts] = ["hashes.tsv", "selftest.json"].map(|name| folder.file(name));
     let mut run = program();
     run.args(["selftest", "--engine", "cpu", "--scene", "plane"]);
     // No driver is asked.
     run.env("VK_DRIVER_FILES", "none.json")
         .env("VK_ICD_FILENAMES", "none.json");
     let output = run
-        .args(["--table", path(&file)])
+        .args(["--table", path(&file), "--json", path(&facts)])
+        .stdout(closed_pipe())
         .output()
         .expect("the program starts");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(json(&facts)["runs"].as_array().map(Vec::len), Some(6));
     let kept = include_str!("../../assets/hashes.tsv");
     let table = fs::read_to_string(&file).expect("it was written");
     let own = |table: &str| -> Vec<String> {
@@ -226,6 +229,33 @@ fn the_processor_alone_needs_no_device_and_makes_the_table() {
     };
     assert_eq!(own(&table).len(), 6, "{table}");
     assert_eq!(own(&table), own(kept));
+}
+
+/// Would catch: results that are lost because Ctrl-C comes while the next runs are set up, which takes most of the time of a fine mesh.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_self_test_keeps_what_it_has() {
+    use crate::program::interrupt;
+    use std::io::{BufRead as _, BufReader};
+    use std::process::Stdio;
+    let folder = Folder::new();
+    let file = folder.file("selftest.json");
+    let mut child = program()
+        .args(["selftest", "--engine", "cpu", "--json", path(&file)])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let printed = BufReader::new(child.stdout.take().expect("it is piped"));
+    let mut printed = printed.lines().map(|line| line.expect("it is text"));
+    assert!(printed.any(|line| line.starts_with("torus     steps ")));
+    interrupt(&child);
+    let rest: Vec<String> = printed.collect();
+    assert_eq!(child.wait().expect("it ends").code(), Some(130), "{rest:?}");
+    assert!(rest.iter().any(|line| line.starts_with("ended early, ")));
+    let report = json(&file);
+    let runs = report["runs"].as_array().expect("they are listed");
+    assert_eq!(runs[1]["run"], "steps", "{report}");
 }
 
 #[test]

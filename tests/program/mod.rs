@@ -9,6 +9,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::places;
+use ::myxo::signals;
 
 const BUILT: &str = env!("CARGO_BIN_EXE_myxo");
 
@@ -27,6 +28,7 @@ pub fn program() -> Command {
     command.env_remove("RUST_LOG").stdin(Stdio::null());
     // Checks all that the program records, also without validation layers.
     command.env("MYXO_CHECK", "1");
+    signals::end_by_signals(&mut command);
     command
 }
 
@@ -35,6 +37,13 @@ pub fn myxo(arguments: &[impl AsRef<OsStr>]) -> Output {
         .args(arguments)
         .output()
         .expect("the program starts")
+}
+
+/// A standard output that its reader has closed, as `head` does.
+pub fn closed_pipe() -> Stdio {
+    let (reader, writer) = std::io::pipe().expect("there are free handles");
+    drop(reader);
+    writer.into()
 }
 
 /// Runs it where files end after so many blocks of 512 bytes, as on a disk that is full. The system's signal for that ends programs
@@ -173,11 +182,18 @@ pub fn logging_its_parts(run: &mut Command) -> &mut Command {
 /// end within `patience`, as interrupted.
 #[cfg(unix)]
 #[track_caller]
-pub fn interrupted(mut run: Child, words: &str, patience: Duration) -> Output {
+pub fn interrupted(run: Child, words: &str, patience: Duration) -> Output {
+    interrupted_at(run, words, 1, patience)
+}
+
+/// As [`interrupted`], when it says these words for the `times`-th time.
+#[cfg(unix)]
+#[track_caller]
+pub fn interrupted_at(mut run: Child, words: &str, times: usize, patience: Duration) -> Output {
     let messages = run.stderr.take().expect("the standard error is piped");
     let mut messages = BufReader::new(messages);
     let mut said = String::new();
-    while !said.contains(words) {
+    while said.matches(words).count() < times {
         let length = messages.read_line(&mut said).expect("it is UTF-8");
         assert!(length > 0, "it ends without a word of {words:?}: {said}");
     }
@@ -197,7 +213,14 @@ pub fn interrupted(mut run: Child, words: &str, patience: Duration) -> Output {
 #[cfg(unix)]
 #[track_caller]
 pub fn interrupt(run: &Child) {
-    let kill = format!("kill -INT {}", run.id());
+    signal(run, "INT");
+}
+
+/// Sends the signal of this name.
+#[cfg(unix)]
+#[track_caller]
+pub fn signal(run: &Child, name: &str) {
+    let kill = format!("kill -{name} {}", run.id());
     let killed = Command::new("sh").args(["-c", &kill]).status();
     assert!(killed.expect("there is a shell").success());
 }

@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{Span, Statistics, Timings};
+use myxo::mesh::atlas::AtlasError;
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 use serde::Serialize;
 
 use super::{Profile, repeat};
-use crate::cli::Outcome;
 use crate::cli::files::Sink;
 use crate::cli::host::Watch;
 use crate::cli::report::{KernelTime, Report, Times};
-use crate::cli::session::{self, Earlier, Ending, Opened, Session};
+use crate::cli::session::{self, Earlier, Opened, Session};
 use crate::cli::table::aligned;
+use crate::cli::{Outcome, unless_closed};
 use crate::console;
 
 /// The fewest pairs that give an interval of the median.
@@ -154,33 +155,46 @@ pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result
     }
     let opened = session::device(device, scenes)?;
     let mut earlier = [Earlier::default(), Earlier::default()];
-    let mut medians = Vec::new();
-    let mut rounds = 0;
-    let (both, completed) = loop {
-        let mut both = Both::open(&opened, scenes, profile)?;
-        let completed = both.measure(profile, &mut watch)?;
+    let mut medians: Vec<f64> = Vec::new();
+    let mut turns: Option<Turns> = None;
+    let mut completed = true;
+    for _ in 0..profile.repeat {
+        let mut both = match Both::open(&opened, scenes, profile) {
+            // Ctrl-C: there are the results of the repetitions before.
+            Err(Error::Atlas(AtlasError::Cancelled)) if turns.is_some() => {
+                completed = false;
+                break;
+            }
+            both => both?,
+        };
+        profile.common.check_outputs(profile.report.iter())?;
+        completed = both.measure(profile, &mut watch)?;
         let [first, second] = both.timings();
         let ratio = PairRatio::of(&times_ms(first, "step"), &times_ms(second, "step"));
         medians.extend(ratio.map(|ratio| ratio.median));
         // Devices without timestamps give no medians; the command succeeds anyway.
-        rounds += 1;
-        if !completed || rounds == profile.repeat {
-            break (both, completed);
+        turns = Some(both.turns(profile, &watch, &mut earlier, &medians)?);
+        if !completed {
+            break;
         }
-        both.end(&mut earlier)?;
-    };
-    let turns = both.turns(profile, &watch, &earlier, medians, !completed)?;
+    }
+    let mut turns = turns.expect("there is at least one repetition");
+    for report in [&mut turns.first, &mut turns.second] {
+        report.interrupted = !completed;
+    }
     if let Some(warning) = watch.load().warning() {
         console::message(&warning);
     }
-    if profile.json {
-        console::print(turns.to_json())?;
+    // The file is written even if nothing can be printed.
+    let printed = console::print(if profile.json {
+        turns.to_json()
     } else {
-        console::print(turns.text())?;
-    }
+        turns.text()
+    });
     if let Some(sink) = sink {
-        sink.write(turns.to_json())?;
+        unless_closed(sink.write(turns.to_json()))?;
     }
+    unless_closed(printed)?;
     Ok(if completed {
         Outcome::Done
     } else {
@@ -247,32 +261,22 @@ impl Both {
             .map(|session| session.frames.timings())
     }
 
-    /// Ends a repetition that is not the last one, and appends its times to the earlier ones.
-    fn end(self, earlier: &mut [Earlier; 2]) -> Result<()> {
-        let all = self.sessions.into_iter().zip(self.wall).zip(earlier);
-        for ((mut session, wall), earlier) in all {
-            let ending = session.finish()?;
-            session.progress.finish();
-            session.add_to(earlier, &Ending { wall, ..ending });
-        }
-        Ok(())
-    }
-
+    /// The results of a repetition together with all before. Its sessions end here, as the device may have no room for others beside
+    /// them.
     fn turns(
         mut self,
         profile: &Profile,
         watch: &Watch,
-        earlier: &[Earlier; 2],
-        medians: Vec<f64>,
-        interrupted: bool,
+        earlier: &mut [Earlier; 2],
+        medians: &[f64],
     ) -> Result<Turns> {
         let mut report = |which: usize| {
             let session = &mut self.sessions[which];
             let mut ending = session.finish()?;
             ending.wall = self.wall[which];
             session.progress.finish();
-            session.add_earlier(&earlier[which], &mut ending);
-            let mut report = session.report(&ending, interrupted);
+            session.add_earlier(&mut earlier[which], &mut ending);
+            let mut report = session.report(&ending, false);
             report.host_load = Some(watch.load());
             report.warmup = Some(profile.warmup.into());
             Ok::<Report, Error>(report)
@@ -286,8 +290,8 @@ impl Both {
         };
         Ok(Turns {
             against: profile.against.clone(),
-            ratio: ratio("step").map(|ratio| ratio.with(&medians)),
-            repetitions: medians,
+            ratio: ratio("step").map(|ratio| ratio.with(medians)),
+            repetitions: medians.to_vec(),
             kernels: first.kernels.iter().filter_map(kernel).collect(),
             first,
             second,

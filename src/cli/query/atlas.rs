@@ -69,7 +69,8 @@ impl Command for Atlas {
         let options = options_of(self.atlas_method, self.atlas_size, self.gutter, self.turn);
         room::check_atlas(&options, surface.corners.len(), "--atlas-size")?;
         let atlas = SettingUp::new(&mesh.name, atlas_cache())
-            .run(|control| atlas::Atlas::build_with(&surface, &options, control))?;
+            .run(|control| atlas::Atlas::build_with(&surface, &options, control))
+            .map_err(|error| room::atlas_error(error, "--atlas-size", "--atlas-method"))?;
         let dropped = mesh.report.file_triangles - mesh.report.triangles;
         if dropped > 0 {
             console::message(&format!(

@@ -25,7 +25,7 @@ use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, SettingUp, atlas_cache};
 use crate::cli::{Command, Outcome, interrupt};
-use crate::console;
+use crate::{console, room};
 
 /// Spread deposits over a mesh, without decay, and list the trail of every texel
 ///
@@ -116,7 +116,8 @@ impl Command for Diffuse {
         let options = options_of(self.atlas_method, self.atlas_size, GUTTER, self.turn);
         let atlas = SettingUp::new(&mesh.name, atlas_cache())
             .run(|control| Atlas::build_with(&surface, &options, control))
-            .map_err(|error| memory::atlas_error(ctx.info(), &Settings::default(), error))?;
+            .map_err(|error| memory::atlas_error(ctx.info(), &Settings::default(), error))
+            .map_err(|error| room::atlas_error(error, "--atlas-size", "--atlas-method"))?;
         if self.device.validate {
             atlas.validate(&surface).map_err(Error::Invalid)?;
         }

@@ -12,6 +12,7 @@ use glam::DVec3;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::trees::Trees;
 use myxo::mesh::walk::SurfacePoint;
+use myxo::plain_text::in_csv;
 use myxo::sim::tree_queries::{Question, tree_queries};
 use myxo::sim::types::TreeQuery;
 use myxo::{Error, Result};
@@ -117,7 +118,8 @@ impl Command for Sdf {
             } else {
                 distance.copysign(answer.result.into())
             };
-            let _ = writeln!(text, "{},{sd},{face},{},{},{}", row.text(0), q.x, q.y, q.z);
+            let id = in_csv(row.text(0));
+            let _ = writeln!(text, "{id},{sd},{face},{},{},{}", q.x, q.y, q.z);
         }
         write_answer(&self.pair.out, &text)?;
         Ok(Outcome::Done)

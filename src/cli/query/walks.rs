@@ -7,6 +7,7 @@ use myxo::Result;
 use myxo::mesh::Mesh;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
+use myxo::plain_text::in_csv;
 
 use super::table::{Row, Table};
 use crate::console;
@@ -174,7 +175,7 @@ impl Question<'_> {
                     self.line_back(&start)
                 }
             };
-            let _ = writeln!(answers.text, "{},{line}", row.text(0));
+            let _ = writeln!(answers.text, "{},{line}", in_csv(row.text(0)));
         }
         Ok(answers)
     }

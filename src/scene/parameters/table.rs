@@ -200,7 +200,8 @@ const AFTER: &[Parameter] = &[
         unit: "seconds",
         help: "Seconds of the objects' motion before the first step.",
         effect: Effect::Restart,
-        kind: time!(time.start, (0.0, 1e6), (0.0, 60.0)),
+        // At its end, numbers in double precision are 0.12 ms apart.
+        kind: time!(time.start, (0.0, 1e12), (0.0, 60.0)),
     },
     Parameter {
         key: "time.steps_per_second",

@@ -214,25 +214,28 @@ fn a_saved_scene_loads_as_the_same() {
     assert_eq!(again.radius.to_bits(), scene.radius.to_bits());
 }
 
+/// Would catch: a name that an object without one takes from the object to which it is given, and with it the food there.
 #[test]
 fn objects_are_named_after_their_meshes_and_kept_apart() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("three.toml");
     let text = "[[object]]\nmesh = \"builtin:cube\"\n[[object]]\nmesh = \"builtin:cube\"\n[[object]]\nname = \"cube\"\nmesh = \"builtin:plane\"\n";
-    std::fs::write(&path, text).expect("it can be written");
-    let scene = Scene::load(&path, &Overrides::default()).expect("it is right");
-    let names: Vec<_> = scene
-        .settings
-        .objects
-        .iter()
-        .map(|object| object.name.as_str())
-        .collect();
-    assert_eq!(names, ["cube", "cube 2", "cube 3"]);
-    assert_eq!(scene.name, "three");
+    let named = |text: &str| {
+        std::fs::write(&path, text).expect("it can be written");
+        let scene = Scene::load(&path, &Overrides::default()).expect("it is right");
+        assert_eq!(scene.name, "three");
+        let names = scene.settings.objects.iter().map(|o| o.name.clone());
+        (names.collect::<Vec<_>>(), scene.settings)
+    };
+    assert_eq!(named(text).0, ["cube 2", "cube 3", "cube"]);
+    let text = text.replace("\"cube\"", "\"cube 2\"");
+    let (names, settings) = named(&(text + "[[food]]\nobject = \"cube 2\"\n"));
+    assert_eq!(names, ["cube", "cube 3", "cube 2"]);
+    assert_eq!(settings.object_of(&settings.foods[0]), Some(2));
 }
 
-/// Thousands of objects, many of them without a name or with a repeated one: each gets the same name as by a search through all earlier
-/// ones.
+/// Thousands of objects, many of them without a name or with a repeated one: each gets the same name as by a search through all given
+/// names and all earlier ones.
 #[test]
 fn many_objects_get_the_names_that_few_do() {
     let cube = Mesh::open("builtin:cube", Path::new("")).expect("it is built in");
@@ -253,17 +256,15 @@ fn many_objects_get_the_names_that_few_do() {
     };
     let (wanted, few) = names(300);
     for (i, name) in few.iter().enumerate() {
-        let wanted = match wanted[i].as_str() {
-            "" => "cube",
-            given => given,
-        };
-        let mut numbered = (2..).map(|n| format!("{wanted} {n}"));
-        let expected = if few[..i].contains(&wanted.to_owned()) {
-            numbered
-                .find(|name| !few[..i].contains(name))
-                .expect("there is one")
-        } else {
-            wanted.to_owned()
+        let is_free = |name: &String| !few[..i].contains(name) && !wanted.contains(name);
+        let expected = match wanted[i].as_str() {
+            given if !given.is_empty() && !wanted[..i].contains(&wanted[i]) => given.to_owned(),
+            given => {
+                let given = if given.is_empty() { "cube" } else { given };
+                let numbered = (2..).map(|n| format!("{given} {n}"));
+                let mut all = std::iter::once(given.to_owned()).chain(numbered);
+                all.find(is_free).expect("there is one")
+            }
         };
         assert_eq!(*name, expected, "object {i}");
     }
@@ -290,11 +291,15 @@ fn objects_that_cannot_follow_their_model_are_named_by_place() {
     assert!(text.contains("only glTF models"), "{text}");
 }
 
+/// Would catch: options that are cut off at a point, as if an ending began there.
 #[test]
 fn a_bare_builtin_mesh_is_a_scene() {
     let scene =
         Scene::load(Path::new("builtin:capsule"), &Overrides::default()).expect("it is built in");
     assert_eq!((scene.name.as_str(), scene.meshes.len()), ("capsule", 1));
+    let mesh = Path::new("builtin:torus?tube=0.25");
+    let read = Scene::read(mesh, &Overrides::default()).expect("it is built in");
+    assert_eq!(read.0, "torus?tube=0.25");
 }
 
 /// A torus of 20 million triangles takes half a minute and gigabytes to be made and joined; without the check it would be refused only

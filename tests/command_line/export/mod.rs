@@ -708,18 +708,20 @@ fn a_scene_file_continues_from_the_present_poses() {
     gpu.finish();
 }
 
-/// Would catch: a scene file with a time in single precision, with which objects jump after a long run.
+/// Would catch: a scene file with a time in single precision, with which objects jump after a long run, and one that cannot be read, for
+/// its late time or for the name of its scene.
 #[test]
 fn a_scene_file_of_a_late_state_begins_at_its_time() {
     let Some(gpu) = gpu() else { return };
     let mut scene = moving_scene_of_two();
-    scene.settings.time.start = 100_000.0;
+    scene.settings.time.start = 10_000_000.0;
+    scene.name = "two\r\u{1b}[2J\nlines".to_owned();
     let run = Run::of(&gpu, scene, 2);
     let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
     std::fs::write(file.path(), run.export().scene_file()).unwrap();
     let again = Scene::load(file.path(), &Overrides::default()).unwrap();
     let time = run.simulation.time();
-    assert!(time > 100_000.01, "{time}");
+    assert!(time > 10_000_000.01, "{time}");
     assert_eq!(again.settings.time.start, time);
     gpu.finish();
 }

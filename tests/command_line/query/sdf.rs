@@ -118,6 +118,31 @@ fn distances_to_a_box_are_those_of_the_box() {
     }
 }
 
+/// Would catch: an id that needs quotes and is written without them, so that its row has other columns or becomes a comment.
+#[test]
+fn ids_are_read_back_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "builtin:cube", DAffine3::IDENTITY);
+    let ids = ["\"a,\"\"b\"\"\"", "\"#1\"", "c d"];
+    let rows = ids.map(|id| format!("{id},0,0,9\n")).concat();
+    std::fs::write(folder.join("in.csv"), format!("id,px,py,pz\n{rows}")).unwrap();
+    let output = run(folder, &["--in", "in.csv"]);
+    let messages = String::from_utf8_lossy(&output.stderr);
+    if messages.contains("no Vulkan") && std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() {
+        eprintln!("skipped: {messages}");
+        return;
+    }
+    assert!(output.status.success(), "{messages}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = text.lines().skip(1).collect();
+    assert_eq!(lines.len(), ids.len(), "{text}");
+    for (line, id) in lines.iter().zip(ids) {
+        let rest = line.strip_prefix(id).unwrap_or_default();
+        assert_eq!(rest.matches(',').count(), 5, "{line}");
+    }
+}
+
 fn to_triangle(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let to_segment = |a: DVec3, b: DVec3| {
         let t = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);

@@ -52,6 +52,19 @@ fn rows_that_cannot_be_walked_come_back_with_status_2() {
     assert!(!answers.text.contains("NaN"), "{}", answers.text);
 }
 
+/// Would catch: an id that needs quotes and is written without them, so that its row has other columns or becomes a comment.
+#[test]
+fn ids_are_read_back_as_they_were() {
+    let mesh = Mesh::builtin("cube").expect("it is built in");
+    let ids = ["\"a,\"\"b\"\"\"", "\"two\nlines\"", "\"#1\"", "c d"];
+    let rows = ids.map(|id| format!("{id},0,1,0,0,0,1,1,0\n"));
+    let answers = ask(&mesh, &rows.concat()).text;
+    let table = Table::parse("out.csv", answers.as_bytes(), &["id", "status"]);
+    let table = table.expect("it has a column for each number");
+    let ids: Vec<_> = table.rows().map(|row| row.text(0)).collect();
+    assert_eq!(ids, ["a,\"b\"", "two\nlines", "#1", "c d"], "{answers}");
+}
+
 fn from_obj(text: &str) -> Mesh {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("mesh.obj");
