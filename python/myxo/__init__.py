@@ -10,8 +10,8 @@
     sim.save("torus.ckpt")
 
 `Simulation` runs a scene: a built-in one, a file, a dictionary, or a `Scene` of meshes in memory. `sweep` runs one at many points of
-its parameters, over processes or a cluster. `scenes`, `presets` and `parameters` list what there is. Errors of the library are exceptions with one
-sentence that says what, where and what to do.
+its parameters, over processes or a cluster. `scenes`, `presets` and `parameters` list what there is. Errors of the library are exceptions
+with one sentence that says what, where and what to do.
 """
 
 from ._myxo import NO_GO, DeviceError, parameters, presets, scenes

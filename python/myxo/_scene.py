@@ -32,7 +32,7 @@ class Scene:
         `second_look.map`, `particles.start_mask`, an object's `start.mask`) may be pictures, (rows, columns) of lightness or
         (rows, columns, 3 or 4) of colours, as integers to 255 or as numbers from 0 to 1.
     preset
-        The name of a preset, or the path of one.
+        The name of a built-in preset, or the path of one.
     folder
         Where relative paths of meshes and maps begin.
     """
@@ -71,7 +71,7 @@ class Scene:
             `builtin:NAME`, the path of a model, vertices (n, 3) and faces (m, 3) as a pair of arrays, or a mesh of trimesh or
             PyVista. Vertices are in the object's own coordinates. Faces count vertices from 0.
         keys
-            Keys of an `[[object]]`: `position`, `rotation` (degrees), `scale`, `texels`, `start`, ...
+            Keys of an `[[object]]`: `position`, `rotation` (degrees), `scale`, `texel_weight`, `start`, ...
 
         Raises
         ------

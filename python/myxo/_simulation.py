@@ -204,8 +204,8 @@ class Simulation:
 
     @property
     def particles(self) -> NDArray[np.void]:
-        """All particles, (particles,), of the type `myxo.PARTICLE`; row i is the one with the id i in every step. Where their number changes
-        (`population.frequency`), the living ones in the order of their ids.
+        """All particles, (particles,), of the type `myxo.PARTICLE`; row i is the one with the id i in every step. Where their number
+        changes (`population.frequency`), the living ones in the order of their ids.
         """
         rows: NDArray[np.void] = np.empty(self._engine.living_count(), PARTICLE)
         self._engine.fill_particles(rows.view(np.uint8))

@@ -16,7 +16,10 @@ use crate::console;
 
 /// Show devices, drivers and limits, and what is missing and how to get it
 ///
-/// Exits 1 if there is no device that can run the kernels.
+/// What a device may lack is Vulkan 1.2, a queue for compute, VK_KHR_push_descriptor, and what pictures need. Limits of descriptors and
+/// invocations are checked when kernels are made: `myxo selftest` shows whether a device meets them.
+///
+/// Exits 1 if there is no usable device.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:

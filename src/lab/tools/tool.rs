@@ -66,8 +66,8 @@ impl Tool {
                 "Adds trail, which spreads and decays as any other. It grows on at once, so Ctrl Z does not take it back"
             }
             Self::Erase => {
-                "Takes away trail, and what attracts, repels or forbids. Ctrl Z brings back the latter, not the trail, \
-                 which has grown on"
+                "Takes away trail, what attracts, repels or forbids, and the second look. Ctrl Z brings back all but the \
+                 trail, which has grown on"
             }
             Self::Attract => {
                 "Sensors read more here, so particles come; stays until it is erased, or undone by Ctrl Z"

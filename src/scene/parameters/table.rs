@@ -364,7 +364,7 @@ const AFTER: &[Parameter] = &[
         key: "transfer.threshold",
         name: "Transfer threshold",
         unit: "scene radii",
-        help: "Places whose signed distance to other objects is smaller are covered: particles that go into covered places change objects. At most the distance reach.",
+        help: "Places whose signed distance to other objects is smaller are covered: particles that go into covered places change objects. More than the distance reach counts as the reach.",
         effect: Effect::Live,
         kind: real!(transfer.threshold, (-100.0, 100.0), (-0.05, 0.05), Linear),
     },
