@@ -252,7 +252,7 @@ fn start_particles(
     let settings = &scene.settings;
     let seed = seed_word(settings.seed);
     let lots = Lots::new(&scene.surface, starts, seed);
-    let (mut particles, mut motions) = lots.all(settings.slots());
+    let (mut particles, mut motions) = lots.all(settings.slots(), control)?;
     // The others are dead, and lie where they would have begun.
     let living = settings.particles.count as usize;
     if settings.physarum.rules().is_crowded() {

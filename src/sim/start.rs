@@ -13,10 +13,12 @@ mod tests;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use bytemuck::Zeroable as _;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::types::{Motion, Particle};
+use crate::mesh::atlas::{AtlasError, Control};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
 use crate::portable;
@@ -30,6 +32,9 @@ pub use rules::Masks;
 /// How far a ring's centre is moved into its triangle, as a share of the way to the centroid: at a vertex exactly,
 /// every direction is on an edge.
 const INSET: f64 = 1e-6;
+
+/// A walk from a ring's centre ends after so many crossings: in a sliver between open borders it is reflected millions of times.
+const MOST_CROSSINGS: u32 = 16_384;
 
 /// If projecting a direction onto the surface shortens it to this share, it counts as upright on the surface.
 const UPRIGHT: f64 = 1e-6;
@@ -103,7 +108,9 @@ fn start(
     count: u32,
     seed: u32,
 ) -> (Vec<Particle>, Vec<Motion>) {
-    Lots::new(surface, starts, seed).all(count)
+    let lots = Lots::new(surface, starts, seed);
+    lots.all(count, &Control::default())
+        .expect("nothing stops it")
 }
 
 /// Draws start places.
@@ -140,11 +147,23 @@ impl<'a> Lots<'a> {
 
     /// Particles 0 to `count` at their initial places, in the order of their ids, and their motions.
     ///
+    /// # Errors
+    /// [`AtlasError::Cancelled`] when it is to stop.
+    ///
     /// # Panics
     /// When the surface has no triangles.
-    #[must_use]
-    pub fn all(&self, count: u32) -> (Vec<Particle>, Vec<Motion>) {
-        (0..count).into_par_iter().map(|id| self.draw(id)).unzip()
+    pub fn all(
+        &self,
+        count: u32,
+        control: &Control<'_>,
+    ) -> Result<(Vec<Particle>, Vec<Motion>), AtlasError> {
+        let draw = |id| match control.check() {
+            Ok(()) => self.draw(id),
+            Err(_) => (Particle::zeroed(), Motion::zeroed()),
+        };
+        let all = (0..count).into_par_iter().map(draw).unzip();
+        control.check()?;
+        Ok(all)
     }
 
     /// The start of a particle.
@@ -253,7 +272,8 @@ impl<'a> Drawer<'a> {
 
     fn walk(&self, id: u32, centre: SurfacePoint, turn: DVec2, length: f64) -> (Particle, DVec2) {
         let border = BorderRule::Reflect;
-        let end = walk(self.surface, inset(centre), turn, length, None, border);
+        let most = Some(MOST_CROSSINGS);
+        let end = walk(self.surface, inset(centre), turn, length, most, border);
         (particle(id, end.point), end.heading)
     }
 

@@ -384,3 +384,23 @@ fn objects_have_their_shares_of_the_particles() {
     assert_eq!(with_own[centre.triangle as usize], of_first);
     assert_eq!(with_own[12..], found[12..]);
 }
+
+/// Would catch: walks between the long sides of a needle that take hours for all particles, and a start that does not stop when asked to.
+#[test]
+fn a_start_on_a_needle_ends_and_stops_when_asked_to() {
+    let corners = vec![DVec3::ZERO, DVec3::X, DVec3::new(0.5, 1e-6, 0.0)];
+    let mesh = Mesh::from_triangles("needle", corners, vec![[0, 1, 2]]).unwrap();
+    let surface = Surface::build(&[(&mesh, 1.0)]);
+    let centre = nearest_point(&surface, &[Vec3::new(0.5, 0.0, 0.0)], None);
+    let radius = 0.4;
+    let (particles, _) = begin(&surface, StartPlace::Ring { centre, radius }, 200, 2);
+    assert!(particles.iter().all(|p| p.u + p.v <= 1.0));
+    let starts = starts(StartPlace::Ring { centre, radius }, StartHeading::Auto);
+    let cancelled = std::sync::atomic::AtomicBool::new(true);
+    let control = Control {
+        cancelled: Some(&cancelled),
+        ..Control::default()
+    };
+    let all = Lots::new(&surface, &starts, 2).all(1_000_000, &control);
+    assert!(matches!(all, Err(AtlasError::Cancelled)));
+}
