@@ -181,7 +181,7 @@ def test_parameters_of_every_list_are_read_and_changed():
 
 
 def test_texts_stay_texts_whatever_they_look_like():
-    scene = {"object": [{"mesh": "builtin:cube", "name": name} for name in ("1", "true")], "food": [{"object": "1"}]}
+    scene = {"object": [{"mesh": "builtin:cube", "name": name} for name in ("1", "true")], "food": [{"object": "1", "at": [0, 1, 0]}]}
     with myxo.Simulation(scene, settings=SMALL) as sim:
         assert sim["food.0.object"] == "1"
         sim["food.0.object"] = "true"
