@@ -27,7 +27,8 @@ def sample(
     ranges: Mapping[str, Sequence[float]], count: int, *, method: str = "latin", seed: int = 0
 ) -> list[Point]:
     """`count` points within ranges `(low, high)`, by a Latin hypercube (`latin`), Sobol's sequence (`sobol`) or at random (`random`);
-    the same for the same seed. Parameters of whole numbers get whole numbers, both limits among them. Latin and Sobol use SciPy.
+    the same for the same seed. Parameters of whole numbers get whole numbers, both limits among
+    them; points that come twice are left out. Latin and Sobol use SciPy.
     """
     import numpy as np
 
@@ -45,7 +46,9 @@ def sample(
         shares = kind(len(ranges), seed=seed).random(count)
     else:
         raise ValueError(f"there is no way of sampling `{method}`: latin, sobol or random")
-    return [{key: _within(key, limits, share) for (key, limits), share in zip(ranges.items(), row)} for row in shares]
+    points = [{key: _within(key, limits, share) for (key, limits), share in zip(ranges.items(), row)} for row in shares]
+    # Of few whole numbers some come twice.
+    return list({tuple(point.values()): point for point in points}.values())
 
 
 def _within(key: str, limits: Sequence[float], share: float) -> float:

@@ -82,7 +82,8 @@ def sweep(
         the path of a study file, which has all of this and the next.
     run
         What a run does, in place of `sim.step(steps)`: a function of the simulation and the point, which returns numbers and texts for
-        the row, and arrays for `fields`. It must be found by name in a module, as executors need it.
+        the row, and arrays for `fields`. It must be found by name in a module, as executors need it, or be a `functools.partial` of such
+        a function. Names that the row has already, such as `seed` or a parameter of the point, are refused.
     out
         The folder: `table.parquet` and `table.csv`, `runs/` with a row for each run, `fields/` with arrays.
     scene, steps, preset, settings
@@ -247,7 +248,6 @@ def _jobs(
     named = [{key: value for key, value in point.items() if isinstance(value, (str, Mapping))} for point in points]
     contents = json.loads(_myxo.contents(_plain(named)))
     for number, (point, files) in enumerate(zip(points, contents)):
-        # Points without files keep the keys of older folders.
         whole = {**fixed, "point": point, "fields": fields, **({"files": files} if files else {})}
         for seed in seeds:
             key = _myxo.run_key(_plain({**whole, "seed": seed}))
@@ -310,7 +310,7 @@ def _name_of(run: _runs.Run | None) -> str | None:
     if run is None:
         return None
     if isinstance(run, functools.partial):
-        bound = _plain([run.args, run.keywords])
+        bound = json.dumps(_bound([*run.args, dict(sorted(run.keywords.items()))]))
         return f"{_name_of(run.func)} with {hashlib.sha256(bound.encode()).hexdigest()[:12]}"
     if not hasattr(run, "__qualname__"):
         raise TypeError(f"run is a function of a module, or functools.partial of one, not a {type(run).__name__}")
@@ -320,6 +320,22 @@ def _name_of(run: _runs.Run | None) -> str | None:
     except (OSError, TypeError):
         return name
     return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:12]}"
+
+
+def _bound(value: Any) -> Any:
+    """What `functools.partial` binds, in a form that is the same in every process."""
+    if callable(value):
+        return _name_of(value)
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _bound(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_bound(item) for item in value]
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    kinds = "numbers, texts, arrays, lists, dictionaries and functions"
+    raise TypeError(f"functools.partial binds {kinds} to a run, not a {type(value).__name__}")
 
 
 def _plain(value: Any) -> str:

@@ -12,7 +12,7 @@ use myxo::render::{Renderer, View, draw_network};
 use myxo::scene::Scene;
 use myxo::sim::Snapshot;
 use myxo::sim::graph::{Graph, Measures, network_of};
-use myxo::sweep::{Unseen, unseen};
+use myxo::sweep::unseen;
 use myxo::{Error, Result};
 use serde_json::json;
 
@@ -164,15 +164,11 @@ impl Network {
 /// Refuses a view that a graph cannot be drawn over.
 fn check_view(scene: &Scene, steps: u32) -> Result<()> {
     let show = scene.settings.picture.show;
-    let why = match unseen(scene, u64::from(steps)) {
-        Some(Unseen::Lacks(why)) => Some(why),
-        Some(Unseen::BeforeSteps) => Some("distances are taken by a step, and there is none"),
-        None => None,
-    };
-    if let Some(why) = why {
+    if let Some(unseen) = unseen(scene, u64::from(steps)) {
         return Err(Error::Invalid(format!(
-            "the view {} cannot be shown: {why}: use --set picture.show=surface",
-            show.word()
+            "the view {} cannot be shown: {}: use --set picture.show=surface",
+            show.word(),
+            unseen.why()
         )));
     }
     if show.is_flat() {

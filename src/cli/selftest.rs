@@ -343,7 +343,7 @@ impl Command for SelfTest {
             })?),
         };
         let broken = ctx.as_ref().map(arithmetic::broken).transpose()?;
-        // The files are written even if nothing can be printed; its first error counts.
+        // The files are written even if nothing can be printed. The first error of printing is returned at the end.
         let mut printed: Result<()> = Ok(());
         let mut print = |text: String| {
             let result = console::print(text);

@@ -34,6 +34,8 @@ pub struct Swapchain {
     vsync: bool,
     /// Something has changed: make the images again before the next frame.
     stale: bool,
+    /// A picture was not shown.
+    has_missed: bool,
     /// Dropped last: the images belong to it.
     surface: Surface,
 }
@@ -73,6 +75,7 @@ impl Swapchain {
             wanted_size: size,
             vsync,
             stale: true,
+            has_missed: false,
             surface,
         };
         swapchain.recreate()?;
@@ -145,6 +148,11 @@ impl Swapchain {
         &self.images[image.index]
     }
 
+    /// Was a picture not shown because the window changed, since this was last asked?
+    pub fn take_missed(&mut self) -> bool {
+        std::mem::take(&mut self.has_missed)
+    }
+
     /// Submits the frame that drew into the image, and shows it.
     ///
     /// # Errors
@@ -169,8 +177,14 @@ impl Swapchain {
         // SAFETY: the image was acquired from this swapchain and is presented once.
         match unsafe { self.loader.queue_present(*self.ctx.queue(), &info) } {
             Ok(suboptimal) => self.stale |= suboptimal,
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-            Err(vk::Result::ERROR_SURFACE_LOST_KHR) => self.lose_surface()?,
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => {
+                self.stale = true;
+                self.has_missed = true;
+            }
+            Err(vk::Result::ERROR_SURFACE_LOST_KHR) => {
+                self.has_missed = true;
+                self.lose_surface()?;
+            }
             Err(error) => self
                 .ctx
                 .heard(Err(error))

@@ -13,7 +13,7 @@ use crate::lab::loading::Opened;
 use crate::lab::options::LabOptions;
 use crate::lab::window::Lab;
 
-/// A window whose frame is asked for, and not wanted by the system for so long, cannot be seen: a compositor of Wayland does so.
+/// If a requested frame does not come within this time, the window cannot be seen: Wayland's compositors stop asking for frames.
 const UNSEEN_AFTER: Duration = Duration::from_secs(1);
 
 /// A request from outside the window to close it.
@@ -28,8 +28,10 @@ pub struct App {
     pub lab: Option<Lab>,
     /// When to draw next, if nothing happens before.
     pub wake: Option<Instant>,
-    /// Since when the system has been asked for a frame, and has not yet wanted it.
+    /// Since when a requested frame has not come.
     asked: Option<Instant>,
+    /// The last picture did not reach the window. On Wayland no frame comes before one does.
+    has_missed: bool,
     /// The error that ended the lab, if the user did not end it.
     pub error: Option<Error>,
 }
@@ -43,6 +45,7 @@ impl App {
             lab: None,
             wake: None,
             asked: None,
+            has_missed: false,
             error: None,
         }
     }
@@ -66,7 +69,10 @@ impl App {
         };
         match lab.frame() {
             Ok(_) if lab.has_closed() => return false,
-            Ok(next) => self.wake = next,
+            Ok(next) => {
+                self.wake = next;
+                self.has_missed |= lab.take_missed();
+            }
             Err(error) => self.survive(&error),
         }
         self.error.is_none()
@@ -79,7 +85,10 @@ impl App {
         };
         if lab.can_change_device(error) {
             match lab.change_device(error, &self.options) {
-                Ok(lab) => self.lab = Some(lab),
+                Ok(lab) => {
+                    self.lab = Some(lab);
+                    self.has_missed = true;
+                }
                 Err(error) => self.error = Some(error),
             }
             return;
@@ -150,7 +159,7 @@ impl ApplicationHandler<Close> for App {
             next = Some(unseen_at);
             if unseen_at <= now {
                 // Steps, films and whatever else is under way go on without the system.
-                lab.host.set_unseen(true);
+                lab.host.set_unseen(!std::mem::take(&mut self.has_missed));
                 if !self.draw() {
                     events.exit();
                 }

@@ -26,7 +26,7 @@ pub enum Host {
 pub struct SystemWindow {
     egui: State,
     window: Window,
-    /// It cannot be seen, and a picture that it were shown could wait for as long as that lasts.
+    /// It cannot be seen; to present a picture could block for as long as that lasts.
     is_unseen: bool,
 }
 
@@ -88,12 +88,13 @@ impl Host {
         }
     }
 
-    /// Is it minimised, as far as that is known?
-    pub fn is_minimized(&self) -> bool {
-        match self {
+    /// Is it minimised or unseen, as far as that is known?
+    pub fn is_hidden(&self) -> bool {
+        let is_minimized = match self {
             Self::Window(shown) => shown.window.is_minimized() == Some(true),
             Self::Windowless(_) => false,
-        }
+        };
+        is_minimized || self.is_unseen()
     }
 
     /// Is nothing shown, because the system wants no pictures? Windows of Wayland that are on another workspace are an example.

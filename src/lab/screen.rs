@@ -160,6 +160,14 @@ impl Front {
         }
     }
 
+    /// Was a picture not shown, since this was last asked?
+    pub fn take_missed(&mut self) -> bool {
+        match self {
+            Self::Window(swapchain) => swapchain.take_missed(),
+            Self::Unseen(_) => false,
+        }
+    }
+
     /// Submits the frame that drew into the image, and shows it.
     pub fn present(
         &mut self,

@@ -138,7 +138,7 @@ impl Shape {
         weights.iter().map(|weight| weight / sum).collect()
     }
 
-    /// In what ratio a level and the coarser one beside it, to which all that are coarser still have been added, are to be added.
+    /// The weights of a level and of the sum of all coarser levels.
     #[must_use]
     pub fn kept_and_spread(&self, level: usize) -> [f32; 2] {
         let weights = self.weights();
@@ -150,7 +150,7 @@ impl Shape {
     }
 }
 
-/// How often the smaller side of a picture has doubled since [`SIDE`].
+/// The logarithm to base 2 of the smaller side of a picture over [`SIDE`].
 fn doublings(size: [u32; 2]) -> f32 {
     (size[0].min(size[1]) as f32 / SIDE).log2()
 }

@@ -61,6 +61,17 @@ pub enum Unseen {
     BeforeSteps,
 }
 
+impl Unseen {
+    /// In words.
+    #[must_use]
+    pub fn why(self) -> &'static str {
+        match self {
+            Self::Lacks(why) => why,
+            Self::BeforeSteps => "distances are taken by a step, and there is none",
+        }
+    }
+}
+
 /// Why a scene cannot be shown in its view after so many steps; none if it can.
 #[must_use]
 pub fn unseen(scene: &Scene, steps: u64) -> Option<Unseen> {
@@ -73,11 +84,10 @@ pub fn unseen(scene: &Scene, steps: u64) -> Option<Unseen> {
 
 /// Can the scene be shown in its view after so many steps?
 fn check_view(scene: &Scene, steps: u64) -> Result<()> {
-    let why = match unseen(scene, steps) {
-        None => return Ok(()),
-        Some(Unseen::Lacks(why)) => why,
-        Some(Unseen::BeforeSteps) => "distances are taken by a step, and there is none",
+    let Some(unseen) = unseen(scene, steps) else {
+        return Ok(());
     };
+    let why = unseen.why();
     Err(Error::Invalid(format!(
         "the view {} cannot be shown: {why}: choose another `picture.show`",
         scene.settings.picture.show.word()

@@ -110,7 +110,6 @@ impl Study {
                 key["point"] = json!(point);
                 key["seed"] = json!(seed);
                 key["fields"] = json!([]);
-                // Points without files keep the keys of older folders.
                 if !files.is_empty() {
                     key["files"] = json!(files);
                 }
@@ -360,7 +359,11 @@ impl Text<'_> {
                 .map(|((range, key), share)| (key.clone(), range.value(share)))
                 .collect())
         };
-        Ok(shares.into_iter().map(point).collect())
+        let mut seen = HashSet::new();
+        // Of few whole numbers some come twice.
+        let mut points: Vec<Row> = shares.into_iter().map(point).collect();
+        points.retain(|point| seen.insert(json!(point).to_string()));
+        Ok(points)
     }
 
     fn range(self, key: &str, range: &Spanned<DeValue<'_>>) -> Result<Limits> {
@@ -560,6 +563,26 @@ mod tests {
         without["fields"] = json!([]);
         let expected = key_of(&without);
         assert_eq!((&before[1].key, &after[1].key), (&expected, &expected));
+    }
+
+    /// Would catch: parts of whole numbers, which no run takes, limits that are never drawn, and points that come twice.
+    #[test]
+    fn samples_of_whole_numbers_are_whole() {
+        for method in ["random", "latin"] {
+            let text = format!("[sample]\ncount = 32\nmethod = \"{method}\"\n");
+            let study = read(&format!("{text}ranges.\"particles.count\" = [4.5, 8]\n"));
+            let points = study.expect("it is right").points;
+            let counts = points.iter().map(|point| point.0[0].1.as_i64());
+            let mut counts: Vec<i64> = counts.map(|count| count.expect("it is whole")).collect();
+            counts.sort_unstable();
+            assert_eq!(counts, [5, 6, 7, 8], "{method}");
+            let error = read(&format!("{text}ranges.\"particles.count\" = [4.2, 4.8]\n"));
+            let error = error.expect_err("there is none between").to_string();
+            assert!(
+                error.contains(":4: the range of `particles.count` has no whole number"),
+                "{error}"
+            );
+        }
     }
 
     #[test]

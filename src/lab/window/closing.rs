@@ -46,7 +46,7 @@ impl Lab {
     }
 
     fn is_hidden(&self) -> bool {
-        self.host.is_minimized() || self.host.is_unseen() || self.host.size().contains(&0)
+        self.host.is_hidden() || self.host.size().contains(&0)
     }
 
     /// Has the user asked to leave, and does nothing hold the window any more?

@@ -334,10 +334,15 @@ impl Lab {
         }
     }
 
+    /// Was a picture not shown, since this was last asked?
+    pub fn take_missed(&mut self) -> bool {
+        self.front.take_missed()
+    }
+
     /// What the user asks of a frame. Other colours are an answer, also to a pointer that rests.
     fn asked(&self, seen: &Seen, owes_colors: bool) -> Asked {
         // Steps go on where no picture can be seen.
-        let soon = (self.interface.preview.is_coming() || owes_colors) && !self.host.is_minimized();
+        let soon = (self.interface.preview.is_coming() || owes_colors) && !self.host.is_hidden();
         Asked {
             is_asked: seen.is_asked || owes_colors,
             touched: seen.shown.touched || soon,
@@ -387,7 +392,12 @@ impl Lab {
         }
         self.report_messages();
         self.keep_when_due()?;
-        let next = self.next_frame(is_moving, seen.repaint);
+        let mut next = self.next_frame(is_moving, seen.repaint);
+        if self.host.is_unseen() && task.steps == 0 {
+            // Nothing was drawn, so nothing waits for the screen.
+            let soonest = self.host.now() + HIDDEN_INTERVAL;
+            next = next.map(|next| next.max(soonest));
+        }
         if task.only_steps {
             self.forget_places();
         } else {
@@ -467,7 +477,8 @@ impl Lab {
             || self.runner.single_steps > 0
             || self.jobs.exports.is_busy()
             || self.jobs.are_waited_for()
-            || self.runner.previewing.is_some();
+            || self.runner.previewing.is_some()
+            || self.host.is_unseen();
         let stage = self.runner.stage.as_ref().filter(|_| !is_busy)?;
         (stage.can_refine()).then(|| self.moved.max(self.last_input) + REFINES_AFTER)
     }

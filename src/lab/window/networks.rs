@@ -15,7 +15,7 @@ impl Lab {
 
     /// Are networks found now? Not of a preview, nor for a window that is not seen.
     fn finds_networks(&self) -> bool {
-        let waits = self.runner.previewing.is_some() || self.host.is_minimized();
+        let waits = self.runner.previewing.is_some() || self.host.is_hidden();
         self.wants_network() && !waits
     }
 
@@ -71,7 +71,7 @@ impl Lab {
     /// When the network is to be asked for again, or more of its points are to be tested, though nothing else happens.
     pub(super) fn network_due(&self) -> Option<Instant> {
         let now = self.host.now();
-        if self.lines.is_testing() && !self.host.is_minimized() {
+        if self.lines.is_testing() && !self.host.is_hidden() {
             return Some(now);
         }
         let finds = self.finds_networks();

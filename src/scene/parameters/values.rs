@@ -108,6 +108,7 @@ mod tests {
             assert_eq!(value(key), None, "{key}");
         }
     }
+
     /// Would catch: texts and whole numbers of a list of the scene that are taken for other values.
     #[test]
     fn keys_have_the_form_of_their_values() {
