@@ -13,6 +13,7 @@ import time
 import myxo
 import numpy as np
 import pytest
+from myxo._sweep import _name_of
 
 SETTINGS = {"particles.count": 500, "atlas.size": 64}
 STUDY = {"scene": "cube", "steps": 5, "settings": SETTINGS, "progress": False}
@@ -508,6 +509,11 @@ def test_what_is_bound_to_a_run_is_a_part_of_the_study(tmp_path):
     assert first["scaled"][0] == pytest.approx(0.45)
     with pytest.raises(ValueError, match="another study: its run is"):
         myxo.sweep(point, third, out=tmp_path, **STUDY)
+    with pytest.raises(TypeError, match="not a \\w*Path"):
+        myxo.sweep(point, functools.partial(scaled, factor=tmp_path), out=tmp_path, **STUDY)
+    # Functions that are bound have the same name in every process.
+    bound = [_name_of(functools.partial(scaled, factor=function)) for function in (beginning, beginning, names)]
+    assert bound[0] == bound[1] != bound[2] and "0x" not in bound[0]
     with pytest.raises(TypeError, match="not a Scaled"):
         myxo.sweep(point, Scaled(), out=tmp_path, **STUDY)
 
