@@ -276,7 +276,7 @@ fn report(state_hash: &str) -> String {
     )
 }
 
-/// Would catch: states that differ, and an exit code that says otherwise because nobody reads the output.
+/// Would catch: states that differ, and an exit code that says otherwise because the output is closed.
 #[test]
 fn compare_answers_by_its_exit_code() {
     let folder = tempfile::tempdir().expect("a temporary folder");

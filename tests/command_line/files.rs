@@ -249,7 +249,7 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_none() {
     );
 }
 
-/// Would catch: a report or a trace that is lost because nobody reads what is printed.
+/// Would catch: a report or a trace that is lost because the standard output is closed.
 #[test]
 fn files_are_written_if_nothing_can_be_printed() {
     if no_device() {

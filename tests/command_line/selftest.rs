@@ -204,7 +204,7 @@ fn reports_say_whether_a_hash_is_that_of_every_device() {
     assert_eq!(run("pair", "distance.method=raster", false), false);
 }
 
-/// Would catch: a self-test that stops, and writes no file, because nobody reads what it prints.
+/// Would catch: a self-test that stops, and writes no file, because its standard output is closed.
 #[test]
 fn the_processor_alone_needs_no_device_and_makes_the_table() {
     let folder = Folder::new();
