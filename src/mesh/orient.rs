@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::MeshReport;
 use super::edges::{EdgeGroups, ends};
@@ -14,7 +15,7 @@ use crate::portable::atan2;
 /// Triangles that share an edge with no third one are oriented first, breadth first from the lowest number, so that a surface that cannot
 /// be oriented (a Moebius band) is cut along a short line. Then the components that meet at edges of three or more triangles are
 /// oriented, so that the first half-edge there gets a twin. In each component the majority keeps its winding, unless the component is
-/// closed: then it is made to face outwards, or inwards if it is the wall of a cavity and faced inwards in the file.
+/// closed: then it is made to face outwards, or into the cavity whose wall it is ([`is_outwards`]).
 pub(crate) fn orient(
     positions: &[Vec3],
     corners: &mut [[u32; 3]],
@@ -133,7 +134,7 @@ fn apply(corners: &mut [[u32; 3]], flipped: &[bool]) {
     }
 }
 
-/// Which components are closed, enclose a negative volume, and are not the wall of a cavity.
+/// Which closed components are to be turned, so that each one faces outwards, or into the cavity whose wall it is.
 fn inside_out_components(
     positions: &[Vec3],
     corners: &[[u32; 3]],
@@ -156,20 +157,51 @@ fn inside_out_components(
     for (triangle, &component) in component_of.iter().enumerate() {
         triangles_of[component as usize].push(triangle);
     }
-    for (index, component) in components.iter().enumerate() {
-        if !component.is_inside_out() {
-            continue;
+    // Per component the closed ones that are round it.
+    let shells_of: Vec<Vec<usize>> = components
+        .par_iter()
+        .map(|component| {
+            let is_round = |&other: &usize| {
+                let shell = &components[other];
+                shell.could_contain(component)
+                    && winding_number(positions, corners, &triangles_of[other], component.origin)
+                        .abs()
+                        > 0.5
+            };
+            match component.is_closed() {
+                true => (0..component_count).filter(is_round).collect(),
+                false => Vec::new(),
+            }
+        })
+        .collect();
+    // From the outermost in, so that what is round a component has been seen.
+    let depth = |component: usize| shells_of[component].len();
+    let mut order: Vec<usize> = (0..component_count).collect();
+    order.sort_by_key(|&component| depth(component));
+    for component in order {
+        if components[component].is_closed() {
+            let nearest = shells_of[component]
+                .iter()
+                .max_by_key(|&&shell| depth(shell));
+            let came_inwards = |of: usize| components[of].is_inside_out();
+            let shell = nearest.map(|&shell| (came_inwards(shell), turned[shell]));
+            let came = came_inwards(component);
+            turned[component] = is_outwards(came, shell) == came;
         }
-        let shells = (0..component_count)
-            .filter(|&other| other != index && components[other].could_contain(component))
-            .filter(|&other| {
-                let shell = &triangles_of[other];
-                winding_number(positions, corners, shell, component.origin).abs() > 0.5
-            })
-            .count();
-        turned[index] = shells.is_multiple_of(2);
     }
     turned
+}
+
+/// Is a closed component to face outwards? For it and for the shell next round it, if there is one, it is known whether they face inwards
+/// in the file; for the shell, whether it is turned. What is in a cavity is a solid. What is in a solid is another solid if both face alike
+/// in the file, and the wall of a cavity otherwise. So a file that is inside out as a whole ends as the one that is not.
+fn is_outwards(came_inwards: bool, shell: Option<(bool, bool)>) -> bool {
+    match shell {
+        Some((shell_came_inwards, is_turned)) if shell_came_inwards == is_turned => {
+            came_inwards == shell_came_inwards
+        }
+        _ => true,
+    }
 }
 
 /// How often some triangles wind around a point: the sum of the solid angles that they cover, over 4 pi

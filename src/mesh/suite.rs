@@ -239,15 +239,25 @@ pub fn inside_out() -> Mesh {
 /// A sphere with a hollow in it, whose wall rightly faces the hollow.
 #[must_use]
 pub fn hollow() -> Mesh {
+    nested(&[true, false])
+}
+
+/// Spheres in each other, each half as large as the one round it, from the largest one on. Each faces outwards or inwards.
+#[must_use]
+pub fn nested(outwards: &[bool]) -> Mesh {
     let sphere = builtin("icosphere?subdivisions=2");
-    let mut positions = sphere.positions.clone();
-    positions.extend(sphere.positions.iter().map(|&position| 0.5 * position));
-    let first = sphere.positions.len() as u32;
-    let mut triangles = sphere.corners.clone();
-    triangles.extend(sphere.corners.iter().map(|corners| {
-        let [a, b, c] = corners.map(|vertex| first + vertex);
-        [a, c, b]
-    }));
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    let mut size = 1.0;
+    for &outwards in outwards {
+        let first = positions.len() as u32;
+        positions.extend(sphere.positions.iter().map(|&position| size * position));
+        triangles.extend(sphere.corners.iter().map(|corners| {
+            let [a, b, c] = corners.map(|vertex| first + vertex);
+            if outwards { [a, b, c] } else { [a, c, b] }
+        }));
+        size *= 0.5;
+    }
     mesh("hollow", &positions, &triangles)
 }
 

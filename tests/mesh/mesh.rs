@@ -220,6 +220,37 @@ fn windings_are_mended() {
     assert_eq!(hollow.report.oddities(), Vec::<String>::new());
 }
 
+/// Would catch: the wall of a cavity that faces outwards, because the whole file was inside out; a solid in a cavity that faces inwards.
+#[test]
+fn cavities_of_a_file_that_is_inside_out_stay_cavities() {
+    let [out, into] = [true, false];
+    // How spheres in each other come, and how they end.
+    for (come, end) in [
+        (&[out, into][..], &[out, into][..]),
+        (&[into, out], &[out, into]),
+        // Solids in solids.
+        (&[out, out, out], &[out, out, out]),
+        (&[into, into, into], &[out, out, out]),
+        // A solid in a cavity, right and wrong.
+        (&[out, into, out], &[out, into, out]),
+        (&[into, out, into], &[out, into, out]),
+        (&[out, into, into], &[out, into, out]),
+        // A cavity in a solid in a solid.
+        (&[out, out, into], &[out, out, into]),
+        (&[out, into, out, into], &[out, into, out, into]),
+        (&[into, out, into, out], &[out, into, out, into]),
+    ] {
+        let mesh = suite::nested(come);
+        let volumes: f64 = (end.iter().enumerate())
+            .map(|(k, &out)| if out { 1.0 } else { -1.0 } / 8.0_f64.powi(k as i32))
+            .sum();
+        let whole = volume(&suite::nested(&[out]));
+        assert!((volume(&mesh) / whole - volumes).abs() < 1e-5, "{come:?}");
+        let differ = come.iter().zip(end).filter(|(come, end)| come != end);
+        assert_eq!(mesh.report.turned_parts, differ.count(), "{come:?}");
+    }
+}
+
 #[test]
 fn one_sided_surfaces_are_cut_once() {
     for segments in [5, 6, 30, 31] {

@@ -144,9 +144,13 @@ pub fn distance_tiles(
             } else {
                 near
             };
-            let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach);
             let mut hint = if decides { TILE_OUTSIDE } else { TILE_UNKNOWN };
-            if decides && left > 0.0 {
+            let is_settled = decides && left > 0.0;
+            let slot = match is_settled {
+                true => NONE,
+                false => nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, reach),
+            };
+            if is_settled {
                 let inside = *margin < 0.0;
                 hint = if inside { TILE_INSIDE } else { TILE_OUTSIDE };
                 *margin = if inside { -left } else { left };
