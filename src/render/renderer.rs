@@ -65,7 +65,9 @@ struct Pipelines {
     /// Particles in the hues of headings, blended so that they do not add up to white.
     headings: RasterPipeline<ParticlesDraw>,
     background: RasterPipeline<BackgroundDraw>,
+    /// The unwrapped texture, and the second look, laid over it.
     atlas_view: RasterPipeline<AtlasViewDraw>,
+    second_atlas_view: RasterPipeline<AtlasViewDraw>,
     painted: RasterPipeline<PaintedDraw>,
     foods: RasterPipeline<FoodsDraw>,
 }
@@ -105,6 +107,9 @@ impl Pipelines {
             ..behind
         };
         let second_look = |extras| Sides::new(ctx, &constants(extras, true), over);
+        let atlas_view = |looks, options| {
+            RasterPipeline::new(ctx, &AtlasViewConstants { paths, looks }, options)
+        };
         let quick_surface = QuickSurfaceConstants { paths, others };
         let quick_surface = || Sides::new(ctx, &quick_surface, options);
         Ok(Self {
@@ -127,7 +132,8 @@ impl Pipelines {
                 tables,
             )?,
             background: RasterPipeline::new(ctx, &(), behind)?,
-            atlas_view: RasterPipeline::new(ctx, &AtlasViewConstants { paths }, behind)?,
+            atlas_view: atlas_view(false, behind)?,
+            second_atlas_view: atlas_view(true, over)?,
         })
     }
 }
@@ -616,25 +622,32 @@ impl Renderer {
         let Shot {
             state, view, size, ..
         } = *shot;
-        pass.draw(
-            &shot.pipelines.atlas_view,
-            3,
-            1,
-            AtlasViewArgs {
-                trail: &state.trail.front,
-                charts: &self.texels,
-                colors: &self.colors,
-                brightest: &self.brightest,
-            },
-            AtlasViewParams {
-                origin: view.atlas.origin(self.shape.size, size),
-                texels_per_pixel: view.atlas.texels_per_pixel(self.shape.size, size),
-                trail_share: view.trail_over_charts(),
-                chart_share: view.charts_under_trail(),
-                size: self.shape.size,
-                pitch: self.shape.pitch,
-            },
-        );
+        let params = AtlasViewParams {
+            origin: view.atlas.origin(self.shape.size, size),
+            texels_per_pixel: view.atlas.texels_per_pixel(self.shape.size, size),
+            trail_share: view.trail_over_charts(),
+            chart_share: view.charts_under_trail(),
+            size: self.shape.size,
+            pitch: self.shape.pitch,
+        };
+        let trail = &state.trail.front;
+        let args = AtlasViewArgs {
+            trail,
+            charts: &self.texels,
+            colors: &self.colors,
+            brightest: &self.brightest,
+            // Only the second look reads weights.
+            looks: trail,
+        };
+        pass.draw(&shot.pipelines.atlas_view, 3, 1, args, params);
+        if let (Some(looks), Some(_)) = (&state.looks, view.second_colors) {
+            let args = AtlasViewArgs {
+                colors: &self.second_colors,
+                looks,
+                ..args
+            };
+            pass.draw(&shot.pipelines.second_atlas_view, 3, 1, args, params);
+        }
     }
 }
 

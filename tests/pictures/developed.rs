@@ -3,7 +3,7 @@
 use crate::common::{gpu, gpu_within};
 use crate::pictures::{Stage, brightness};
 use glam::{Vec2, Vec3};
-use image::RgbaImage;
+use image::{Rgba, RgbaImage};
 use myxo::gpu::Limits;
 use myxo::render::mean::Mean;
 use myxo::render::{Offscreen, Quality, offscreen};
@@ -282,6 +282,20 @@ fn the_second_look_has_its_own_colours_where_it_is() {
         after.get_pixel(60, 58),
         "ice as it was"
     );
+
+    // The same in the unwrapped texture: mossy where it was painted, and nowhere else.
+    stage.view.show = Show::Atlas;
+    let painted = stage.picture(&gpu);
+    stage.view.second_colors = None;
+    let plain = stage.picture(&gpu);
+    let pairs = || plain.pixels().zip(painted.pixels());
+    let is_green = |pixel: &Rgba<u8>| pixel.0[1] > pixel.0[0].max(pixel.0[2]) + 5;
+    let changed = pairs().filter(|(plain, painted)| plain != painted).count();
+    let greener = pairs().filter(|(plain, painted)| !is_green(plain) && is_green(painted));
+    let greener = greener.count();
+    assert!(greener > 20, "{greener}");
+    assert!(changed < 4 * greener, "{changed}, and {greener} are green");
+    assert!(5 * changed < plain.pixels().len(), "{changed}");
     gpu.finish();
 }
 
