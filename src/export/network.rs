@@ -75,15 +75,15 @@ impl NetworkFile<'_> {
     }
 
     fn csv(&self) -> String {
-        let mut text = "edge,from,to,length,width,trail,from_object,to_object,from_x,from_y,from_z,to_x,to_y,to_z\n".to_owned();
+        let mut text = "edge,from,to,length,way,width,trail,from_object,to_object,from_x,from_y,from_z,to_x,to_y,to_z\n".to_owned();
         for (number, edge) in self.graph.edges.iter().enumerate() {
             let [from, to] = [edge.from, edge.to].map(|node| &self.graph.nodes[node]);
             let [a, b] = [from, to].map(|node| in_csv(self.object(node)));
             let ([ax, ay, az], [bx, by, bz]) = (from.place, to.place);
             let _ = writeln!(
                 text,
-                "{number},{},{},{},{},{},{a},{b},{ax},{ay},{az},{bx},{by},{bz}",
-                edge.from, edge.to, edge.length, edge.width, edge.trail
+                "{number},{},{},{},{},{},{},{a},{b},{ax},{ay},{az},{bx},{by},{bz}",
+                edge.from, edge.to, edge.length, edge.way, edge.width, edge.trail
             );
         }
         text
@@ -100,6 +100,7 @@ impl NetworkFile<'_> {
             ("node", "y", "double"),
             ("node", "z", "double"),
             ("edge", "length", "double"),
+            ("edge", "way", "double"),
             ("edge", "width", "double"),
             ("edge", "trail", "double"),
             ("graph", "scene", "string"),
@@ -163,6 +164,7 @@ impl NetworkFile<'_> {
             );
             for (name, value) in [
                 ("length", edge.length),
+                ("way", edge.way),
                 ("width", edge.width),
                 ("trail", edge.trail),
             ] {

@@ -241,6 +241,8 @@ mod tests {
                 from: 0,
                 to: 0,
                 length: 0.1,
+                way: 0.1,
+                beyond: [0.0; 2],
                 width: 0.1,
                 trail: 1.0,
                 points: row.iter().map(|(_, place)| *place).collect(),

@@ -70,21 +70,23 @@ impl Graph {
             let Some(edge) = edge else { continue };
             let is_ring = edge.ends[0] == edge.ends[1] && degrees[edge.ends[0]] == 2;
             let course = traced.course(links, edge, is_ring);
-            let mut length = length_of(&course.points);
+            let way = length_of(&course.points);
             let points = course.places();
             if is_ring {
                 graph.nodes[numbers[edge.ends[0]]].place = around.in_world(points[0]).to_array();
             }
             // A line ends at the border of the network, and not in its middle.
-            for end in [0, 1] {
-                if degrees[edge.ends[end]] == 1 {
-                    length += traced.beyond(links, edge, &course, end);
-                }
-            }
+            let beyond = [0, 1].map(|end| match degrees[edge.ends[end]] {
+                1 => traced.beyond(links, edge, &course, end),
+                _ => 0.0,
+            });
+            let length = way + beyond[0] + beyond[1];
             graph.edges.push(Edge {
                 from: numbers[edge.ends[0]],
                 to: numbers[edge.ends[1]],
                 length,
+                way,
+                beyond,
                 width: if length > 0.0 { area / length } else { 0.0 },
                 trail: if area > 0.0 { mass / area } else { 0.0 },
                 points: points

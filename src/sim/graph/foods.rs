@@ -98,15 +98,17 @@ impl Graph {
                 false => edge.breaks.push(place),
             }
         }
-        // What is added to the length at ends of lines is shared as the rest is.
+        // Points lie on the surface, and the way between them is shared as its parts are. What is beyond the ends stays there.
         let (before, after) = (edge.length_of_points(), second.length_of_points());
         let share = if before + after > 0.0 {
             before / (before + after)
         } else {
             0.5
         };
-        second.length = (1.0 - share) * edge.length;
-        edge.length *= share;
+        (edge.way, second.way) = (share * edge.way, (1.0 - share) * edge.way);
+        (edge.beyond[1], second.beyond[0]) = (0.0, 0.0);
+        edge.length = edge.way + edge.beyond[0];
+        second.length = second.way + second.beyond[1];
         self.nodes.push(Node {
             kind: NodeKind::Through,
             object,

@@ -82,7 +82,7 @@ impl Graph {
         let of_degree =
             |is: fn(usize) -> bool| self.nodes.iter().filter(|node| is(node.degree)).count();
         let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
-        let at_risk: f64 = bridges.iter().map(|&edge| graph[edge]).sum();
+        let at_risk = self.length_of(bridges.iter().copied());
         Measures {
             nodes: self.nodes.len(),
             edges: self.edges.len(),
@@ -120,17 +120,18 @@ impl Graph {
         found
     }
 
+    fn length_of(&self, edges: impl Iterator<Item = EdgeIndex>) -> f64 {
+        edges.map(|edge| self.edges[edge.index()].length).sum()
+    }
+
+    /// Weights are ways from node to node.
     fn as_petgraph(&self) -> UnGraph<(), f64> {
         let mut graph = UnGraph::new_undirected();
         for _ in &self.nodes {
             graph.add_node(());
         }
         for edge in &self.edges {
-            graph.add_edge(
-                NodeIndex::new(edge.from),
-                NodeIndex::new(edge.to),
-                edge.length,
-            );
+            graph.add_edge(NodeIndex::new(edge.from), NodeIndex::new(edge.to), edge.way);
         }
         graph
     }
@@ -161,11 +162,10 @@ impl Graph {
                     complete.add_edge(NodeIndex::new(i), NodeIndex::new(k), over);
                 }
                 if let Some(&along) = along.get(&NodeIndex::new(there)) {
+                    // Nodes lie beside foods, and two foods may have one: no way between foods is shorter than that over the surface.
+                    let along = along.max(over.unwrap_or_default());
                     distances.push(along);
-                    shares.extend(
-                        over.filter(|_| along > 0.0)
-                            .map(|over| (over / along).min(1.0)),
-                    );
+                    shares.extend(over.map(|over| if along > 0.0 { over / along } else { 1.0 }));
                 }
             }
         }
@@ -193,11 +193,7 @@ impl Graph {
                 .count();
             0 < here && here < in_part
         };
-        let at_risk: f64 = bridges
-            .iter()
-            .filter(parts_foods)
-            .map(|&edge| graph[edge])
-            .sum();
+        let at_risk = self.length_of(bridges.iter().filter(parts_foods).copied());
         Some(Between {
             reached: foods.len(),
             connected: distances.len() as f64 / f64::from(pairs),
@@ -236,6 +232,8 @@ mod tests {
             from,
             to,
             length,
+            way: length,
+            beyond: [0.0; 2],
             width: 0.1,
             trail: 1.0,
             points: Vec::new(),

@@ -52,8 +52,13 @@ pub struct Edge {
     pub from: usize,
     /// The node at its end.
     pub to: usize,
-    /// Its length, scene radii.
+    /// Its length, scene radii. A line that ends is counted up to the border of the network.
     pub length: f64,
+    /// Its length from node to node.
+    pub way: f64,
+    /// What is counted beyond its first and its last node.
+    #[serde(skip)]
+    pub beyond: [f64; 2],
     /// Its mean width, scene radii.
     pub width: f64,
     /// The mean trail on it, trail units.
@@ -123,6 +128,8 @@ mod tests {
             from: 0,
             to: 0,
             length: 6.0,
+            way: 6.0,
+            beyond: [0.0; 2],
             width: 0.1,
             trail: 1.0,
             points,

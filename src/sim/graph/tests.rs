@@ -675,6 +675,47 @@ fn foods_become_nodes_of_the_lines_that_reach_them() {
     );
 }
 
+/// Would alone catch: ways between foods that count the ends of a line beyond them; and two foods at one node that count as nothing in one
+/// measure, and not at all in another.
+#[test]
+fn ways_between_foods_end_at_them() {
+    let canvas = Canvas::new(
+        &[("plane", Vec3::ZERO)],
+        &options(0, 1, AtlasMethod::Charts),
+    );
+    let around = canvas.around();
+    // A broad line along x.
+    let broad = |place: Vec3| (place.z.abs() - 4.0 * HALF).max(place.x.abs() - 0.6);
+    let marked = |foods: &[FoodPlace]| {
+        let mut graph = canvas.graph(broad);
+        let length = graph.edges[0].length;
+        graph.mark_foods(foods, &around, 0.01);
+        let parts: f64 = graph.edges.iter().map(|edge| edge.length).sum();
+        assert!((parts - length).abs() < 1e-9, "{parts}, {length}");
+        let measures = graph.measures(graph.surface_distances(foods, &around));
+        measures.foods.expect("they are reached")
+    };
+    let found = marked(&[food_at(&canvas, -0.3, 0.0), food_at(&canvas, 0.3, 0.0)]);
+    let distance = found.distance.expect("they are connected");
+    assert!((distance - 0.6).abs() < 0.012, "{distance}");
+    let efficiency = found.efficiency.expect("they are on one object");
+    assert!(efficiency > 0.98, "{efficiency}");
+
+    let beside = [
+        food_at(&canvas, 0.0, -0.02),
+        food_at(&canvas, 0.0, 0.02),
+        food_at(&canvas, 0.4, 0.0),
+    ];
+    let found = marked(&beside);
+    let distance = found.distance.expect("they are connected");
+    assert!(
+        (distance - (0.04 + 0.4 + 0.4) / 3.0).abs() < 0.02,
+        "{distance}"
+    );
+    let efficiency = found.efficiency.expect("they are on one object");
+    assert!(efficiency > 0.95, "{efficiency}");
+}
+
 /// Would alone catch: a food that counts as not reached because no line ends or branches on its object, one that becomes a node on another
 /// object, and one beside a line that is reached in its middle but not near its end.
 #[test]
