@@ -122,13 +122,14 @@ void arrives(uint i) {
 
     w.u = settled(w.u);
     w.v = settled(w.v);
-    write_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     // A particle that is not near other objects does not enter one. In two lines, because !, && and || of constants alone are more than
     // the reflection of shaders can evaluate.
     bool is_far = ACROSS;
     is_far = is_far && !sees_others();
     uint flags = flags_at(walked_position(w), i, motion.flags, is_far);
     vec2 heading = settled(w.heading);
+    // Last: the buffers are those that were read, and a compiler may read again what it takes for unchanged.
+    write_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     write_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
 }
 

@@ -33,6 +33,8 @@ void main() {
     sums[me] = sum;
     uint room = params.is_low == 0u ? params.capacity : flow[0].rest;
     uint upper = params.is_low == 0u ? 0u : flow[0].limit;
+    // What is read above is written below.
+    memoryBarrierBuffer();
     barrier();
     uint before = 0u;
     for (uint i = 0u; i < me; i += 1u) before += sums[i];

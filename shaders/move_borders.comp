@@ -51,6 +51,8 @@ void main() {
     uint end = min(first + run, params.object_count);
     uint ring = params.particle_count;
     uint ring_start = windows[0].start;
+    // It is written below, behind other barriers.
+    memoryBarrierBuffer();
 
     // How far each border would move if the ring's beginning stayed: the number of particles that have come to the objects before it, minus
     // those that have left them. Sums wrap round, but differences are right.

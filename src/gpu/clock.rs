@@ -10,7 +10,7 @@ use super::error::{Check, GpuResult};
 /// Both clocks at one moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
-    /// The device's clock in nanoseconds, as in [`Span`](super::Span).
+    /// The device's clock in nanoseconds, counted as in [`Span`](super::Span).
     pub device_ns: f64,
     /// The host's clock.
     pub host: Instant,
@@ -30,7 +30,30 @@ impl Calibration {
     }
 }
 
+/// Nanoseconds from one reading of the device's clock to another, which may be the earlier one. Clocks wrap, and some count from 1970: so
+/// long a time has no place in a floating-point number with its last nanoseconds, but the difference has.
+fn nanoseconds(epoch: u64, ticks: u64, mask: u64, period: f64) -> f64 {
+    let later = ticks.wrapping_sub(epoch) & mask;
+    let earlier = epoch.wrapping_sub(ticks) & mask;
+    match later <= earlier {
+        true => later as f64 * period,
+        false => -(earlier as f64) * period,
+    }
+}
+
 impl Context {
+    /// The bits of a reading of the device's clock that count.
+    pub(super) fn tick_mask(&self) -> u64 {
+        u64::MAX >> (64 - self.info().timestamp_valid_bits.clamp(1, 64))
+    }
+
+    /// A reading of the device's clock in nanoseconds since the first one.
+    pub(super) fn device_ns(&self, ticks: u64) -> f64 {
+        let epoch = *self.device.first_ticks.get_or_init(|| ticks);
+        let period = f64::from(self.info().timestamp_period);
+        nanoseconds(epoch, ticks, self.tick_mask(), period)
+    }
+
     /// Reads both clocks; `None` without VK_EXT_calibrated_timestamps or timestamps.
     ///
     /// # Errors
@@ -58,15 +81,32 @@ impl Context {
             let width = before.elapsed();
             let deviation_ns = width.as_nanos() as f64 / 2.0;
             if best.is_none_or(|b| deviation_ns < b.deviation_ns) {
-                let mask = u64::MAX >> (64 - info.timestamp_valid_bits.clamp(1, 64));
-                let device_ns = (ticks[0] & mask) as f64 * f64::from(info.timestamp_period);
                 best = Some(Calibration {
-                    device_ns,
+                    device_ns: self.device_ns(ticks[0]),
                     host: before + width / 2,
                     deviation_ns,
                 });
             }
         }
         Ok(best)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: times of devices whose clocks count from 1970, rounded to 256 ns; and intervals in which a clock begins anew.
+    #[test]
+    fn no_nanosecond_is_lost() {
+        let year_2025 = 1_750_000_000_000_000_000;
+        let of_all = |epoch, ticks| nanoseconds(epoch, ticks, u64::MAX, 1.0);
+        assert_eq!(of_all(year_2025, year_2025 + 10_001), 10_001.0);
+        assert_eq!(of_all(year_2025, year_2025 - 3), -3.0);
+        let day = 86_400_000_000_000;
+        assert_eq!(of_all(year_2025, year_2025 + day + 1), day as f64 + 1.0);
+        let mask = (1 << 36) - 1;
+        assert_eq!(nanoseconds(mask - 4, 5, mask, 0.5), 5.0);
+        assert_eq!(nanoseconds(5, mask - 4, mask, 0.5), -5.0);
     }
 }

@@ -1,6 +1,7 @@
 //! The logical device with its one queue, its extensions and its object names; owns them until the last user is gone.
 
 use std::ffi::CString;
+use std::sync::OnceLock;
 
 use ash::{ext, khr, vk};
 
@@ -16,6 +17,8 @@ pub(crate) struct Device {
     pub(crate) dynamic_rendering: Option<khr::dynamic_rendering::Device>,
     pub(crate) debug_utils: Option<ext::debug_utils::Device>,
     pub(crate) calibrated: Option<ext::calibrated_timestamps::Device>,
+    /// The first reading of its clock, from which times count.
+    pub(crate) first_ticks: OnceLock<u64>,
     /// Present if the driver's reports on compiled kernels are requested.
     pub(crate) executables: Option<khr::pipeline_executable_properties::Device>,
     pub(crate) features: vk::PhysicalDeviceFeatures,
@@ -117,6 +120,7 @@ impl Device {
                 .then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
             calibrated: calibrated
                 .then(|| ext::calibrated_timestamps::Device::new(&instance.raw, &raw)),
+            first_ticks: OnceLock::new(),
             executables: None,
             features,
             raw,

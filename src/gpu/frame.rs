@@ -351,26 +351,20 @@ impl Pending {
             )
         }
         .check("vkGetQueryPoolResults", "a frame")?;
-        let info = frame.ctx.info();
-        let mask = u64::MAX >> (64 - info.timestamp_valid_bits.clamp(1, 64));
-        let period = f64::from(info.timestamp_period);
-        without_gaps(&mut ticks, &self.gaps, mask);
-        let start = ticks[0] & mask;
+        let ctx = &frame.ctx;
+        without_gaps(&mut ticks, &self.gaps, ctx.tick_mask());
         let mut new_index = vec![None; self.spans.len()];
         let mut spans = Vec::with_capacity(self.spans.len());
         for (i, span) in self.spans.into_iter().enumerate() {
             let Some(first) = span.queries else { continue };
-            // Counters wrap: count from the frame's own start.
-            let since_start =
-                |query: u32| (ticks[query as usize].wrapping_sub(start) & mask) as f64 * period;
-            let base = start as f64 * period;
+            let at = |query: u32| ctx.device_ns(ticks[query as usize]);
             new_index[i] = Some(spans.len());
             spans.push(Span {
                 name: span.name,
                 kind: span.kind,
                 parent: span.parent.and_then(|p| new_index[p]),
-                begin_ns: base + since_start(first),
-                end_ns: base + since_start(first + 1),
+                begin_ns: at(first),
+                end_ns: at(first + 1),
             });
         }
         Ok(spans)

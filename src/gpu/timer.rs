@@ -29,9 +29,9 @@ pub struct Span {
     pub kind: SpanKind,
     /// The span that it lies in, as an index into the frame's spans.
     pub parent: Option<usize>,
-    /// Start, in nanoseconds of the device's clock.
+    /// Start, in nanoseconds of the device's clock since its first reading.
     pub begin_ns: f64,
-    /// End, in nanoseconds of the device's clock.
+    /// End, counted alike.
     pub end_ns: f64,
 }
 

@@ -14,7 +14,7 @@ use egui_ash_renderer::{
 };
 
 use crate::error::{Error, Result};
-use crate::gpu::{Context, Format, GpuError, PassRecorder};
+use crate::gpu::{Context, Format, GpuError, PassRecorder, no_rendering};
 
 /// The objects that egui needs on the device.
 pub struct Gui {
@@ -58,8 +58,11 @@ impl Gui {
     /// A painter for images of this format, with the window's number of frames in flight.
     ///
     /// # Errors
-    /// When the device refuses the pipeline or has no memory.
+    /// When the device cannot draw, refuses the pipeline or has no memory.
     pub fn new(ctx: &Arc<Context>, format: Format, frames_in_flight: usize) -> Result<Self> {
+        if !ctx.info().has_dynamic_rendering {
+            return Err(no_rendering(ctx, "the interface").into());
+        }
         let options = Options {
             in_flight_frames: frames_in_flight,
             srgb_framebuffer: false,
