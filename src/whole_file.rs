@@ -5,7 +5,8 @@
 //! - It is synced to the disk before it gets its name, and the name before success is reported, so that neither is lost when the power
 //!   fails.
 //! - It replaces a regular file, and keeps that one's owner and permissions. If the name is a link, its target is replaced, and the link
-//!   stays. A device or a pipe is written to, and never replaced.
+//!   stays. A device or a pipe is written to, and never replaced. So is a file that is a mount point, such as a volume of a container.
+//! - A finished file that cannot get its name stays beside it, and the error says where.
 //!
 //! The temporary file is locked as long as its process lives. The temporary file of a killed process has a free lock, and the next file
 //! that begins in the folder removes it.
@@ -16,6 +17,10 @@ use std::fs::{File, Metadata};
 use std::io::{self, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+
+use tempfile::PersistError;
+
+use crate::plain_text::Shown as _;
 
 /// The ending of hidden names.
 const ENDING: &str = ".myxo-part";
@@ -105,11 +110,12 @@ enum Place {
 /// Writes a file whole or not at all.
 ///
 /// # Errors
-/// As [`WholeFile::create`] and [`WholeFile::finish`]; when the disk is full.
+/// As [`WholeFile::create`] and [`WholeFile::finish`], but a file that cannot get its name is removed, because the caller has the content;
+/// when the disk is full.
 pub fn write_whole(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(content.as_ref())?;
-    file.finish()?;
+    file.finish_or(io::Error::from)?;
     Ok(())
 }
 
@@ -227,16 +233,22 @@ impl WholeFile {
         Ok(())
     }
 
-    /// Gives the file its name, replacing an earlier file, or copies the content to the device or pipe of that name.
+    /// Gives the file its name, replacing an earlier file, or copies the content to the device, the pipe or the mount point of that name.
     ///
     /// # Errors
-    /// When it cannot be brought to the disk or renamed; then it is removed.
+    /// When it cannot be brought to the disk; then it is removed. When it cannot get its name; then it stays, under a name that the error
+    /// says. When the folder cannot be synced; then it has its name.
     pub fn finish(self) -> io::Result<File> {
+        self.finish_or(kept)
+    }
+
+    /// As [`finish`](Self::finish); `refused` makes the error of a file that cannot get its name.
+    fn finish_or(self, refused: impl FnOnce(PersistError) -> io::Error) -> io::Result<File> {
         match self.place {
             Place::Name(target) => {
                 self.file.as_file().sync_all()?;
-                let file = self.file.persist(&target).map_err(|error| error.error)?;
-                sync_folder(folder_of(&target));
+                let file = put(self.file, &target).map_err(refused)?;
+                sync_folder(folder_of(&target))?;
                 Ok(file)
             }
             Place::Special(special) => {
@@ -252,7 +264,7 @@ impl WholeFile {
     /// other file stays, and this one becomes `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Returns the name.
     ///
     /// # Errors
-    /// As [`finish`](Self::finish).
+    /// As [`finish`](Self::finish), but what cannot get a name is removed.
     pub fn finish_beside(self) -> io::Result<PathBuf> {
         let Place::Name(target) = &self.place else {
             let path = self.path.clone();
@@ -275,7 +287,7 @@ impl WholeFile {
                 Err(error) => return Err(error.error),
             }
         }
-        sync_folder(folder_of(&name));
+        sync_folder(folder_of(&name))?;
         Ok(path)
     }
 }
@@ -293,6 +305,53 @@ impl Write for WholeFile {
 impl Seek for WholeFile {
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         self.file.as_file_mut().seek(position)
+    }
+}
+
+/// Gives a hidden file its name. A mount point cannot be replaced; its file takes the content.
+fn put(file: tempfile::NamedTempFile, target: &Path) -> Result<File, PersistError> {
+    let mut refused = match file.persist(target) {
+        Ok(file) => return Ok(file),
+        Err(refused) => refused,
+    };
+    if !matches!(
+        refused.error.kind(),
+        io::ErrorKind::ResourceBusy | io::ErrorKind::CrossesDevices
+    ) {
+        return Err(refused);
+    }
+    match copy_into(refused.file.as_file_mut(), target) {
+        Ok(()) => Ok(refused.file.into_file()),
+        Err(error) => {
+            refused.error = error;
+            Err(refused)
+        }
+    }
+}
+
+/// Copies a file's content into another file, in place of what that one had.
+fn copy_into(from: &mut File, target: &Path) -> io::Result<()> {
+    let to = File::options().write(true).truncate(true).open(target)?;
+    from.seek(SeekFrom::Start(0))?;
+    copy_patiently(from, &to)?;
+    to.sync_all()
+}
+
+/// Keeps a file that cannot get its name, and says so. It loses its ending, because the next file in the folder would remove it as
+/// abandoned.
+fn kept(refused: PersistError) -> io::Error {
+    let PersistError { error, file } = refused;
+    let name = file.path().with_extension("");
+    let place = match file.persist_noclobber(&name) {
+        Ok(_) => Ok(name),
+        Err(refused) => refused.file.keep().map(|(_, hidden)| hidden),
+    };
+    match place {
+        Ok(place) => io::Error::new(
+            error.kind(),
+            format!("{error}; what was written is in {}", place.shown()),
+        ),
+        Err(_) => error,
     }
 }
 
@@ -367,15 +426,36 @@ fn make_folder(folder: &Path) -> io::Result<()> {
     let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
     let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
     std::fs::create_dir_all(folder)?;
-    missing.iter().for_each(|made| sync_folder(folder_of(made)));
-    Ok(())
+    let mut made = missing.iter();
+    made.try_for_each(|made| sync_folder(folder_of(made)))
 }
 
-/// Syncs the names in a folder to the disk. If that is not possible, as on some network file systems, they are written later.
-fn sync_folder(folder: &Path) {
-    if let Err(error) = File::open(folder).and_then(|folder| folder.sync_all()) {
-        log::debug!("{} is not synced: {error}", folder.display());
+/// Syncs the names in a folder to the disk. Where that is not possible, as on some network file systems, they are written later.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        Err(error) if is_never_synced(&error) => {
+            log::debug!("{} is not synced: {error}", folder.display());
+            Ok(())
+        }
+        synced => synced,
     }
+}
+
+/// Is it the error of a folder that cannot be synced at all?
+fn is_never_synced(error: &io::Error) -> bool {
+    #[cfg(unix)]
+    const NUMBERS: &[i32] = &[
+        libc::EBADF,
+        libc::EINVAL,
+        libc::ENOSYS,
+        libc::ENOTSUP,
+        libc::EOPNOTSUPP,
+    ];
+    #[cfg(not(unix))]
+    const NUMBERS: &[i32] = &[];
+    // A folder may be written but not read; on Windows none can be opened.
+    error.kind() == io::ErrorKind::PermissionDenied
+        || (error.raw_os_error()).is_some_and(|number| NUMBERS.contains(&number))
 }
 
 /// `film.cut.gif` of `film.gif`, and `film.cut-2.gif` for the second.
@@ -560,6 +640,63 @@ mod tests {
             names_in(folder.path()),
             ["film.cut-2.gif", "film.cut.gif", "film.gif"]
         );
+    }
+
+    /// Would catch: a result that is removed because it cannot get its name, and one that the next file in the folder removes.
+    #[test]
+    fn what_cannot_get_its_name_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"long work").unwrap();
+        std::fs::create_dir(&path).unwrap();
+        let error = file.finish().unwrap_err().to_string();
+        let names = names_in(folder.path());
+        assert_eq!(names.len(), 2, "{names:?}");
+        let kept = &names[0];
+        assert!(error.contains(kept), "{error}");
+        assert!(!is_hidden(OsStr::new(kept)), "{kept}");
+        let content = std::fs::read(folder.path().join(kept)).unwrap();
+        assert_eq!(content, b"long work");
+
+        // Here the caller has the content.
+        let path = folder.path().join("other.json");
+        let mut file = WholeFile::create(&path).unwrap();
+        file.write_all(b"short").unwrap();
+        std::fs::create_dir(&path).unwrap();
+        file.finish_or(io::Error::from).unwrap_err();
+        assert_eq!(names_in(folder.path()).len(), 3);
+    }
+
+    #[test]
+    fn file_that_stays_takes_the_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        std::fs::write(&path, "old and longer").unwrap();
+        let mut from = tempfile::tempfile().unwrap();
+        from.write_all(b"new").unwrap();
+        copy_into(&mut from, &path).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
+        copy_into(&mut from, &folder.path().join("none")).unwrap_err();
+        assert_eq!(names_in(folder.path()), ["report.json"]);
+    }
+
+    /// Would catch: a name that may be lost and counts as written.
+    #[cfg(unix)]
+    #[test]
+    fn folder_that_is_not_synced_is_an_error_unless_it_cannot_be() {
+        let folder = tempfile::tempdir().unwrap();
+        sync_folder(folder.path()).unwrap();
+        sync_folder(&folder.path().join("none")).unwrap_err();
+        for (number, cannot) in [
+            (libc::EINVAL, true),
+            (libc::EACCES, true),
+            (libc::EIO, false),
+            (libc::ENOSPC, false),
+        ] {
+            let error = io::Error::from_raw_os_error(number);
+            assert_eq!(is_never_synced(&error), cannot, "{error}");
+        }
     }
 
     /// The longest name that the file system allows must work.

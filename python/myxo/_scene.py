@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+import threading
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ._myxo import encode_png
 
@@ -108,6 +109,7 @@ class Scene:
 
 # Pictures of maps, as files, as long as the process runs.
 _pictures: tempfile.TemporaryDirectory[str] | None = None
+_making_folder = threading.Lock()
 
 
 def with_files(table: Mapping[str, Any]) -> dict[str, Any]:
@@ -146,13 +148,21 @@ def _picture(key: str, array: NDArray[Any]) -> str:
         raise ValueError(f"the picture `{key}` has integers beyond 0 to 255")
     pixels = np.full((*array.shape[:2], 4), 255, dtype=np.uint8)
     pixels[:, :, : array.shape[2]] = array
-    if _pictures is None:
-        _pictures = tempfile.TemporaryDirectory(prefix="myxo-")
+    with _making_folder:
+        if _pictures is None:
+            _pictures = tempfile.TemporaryDirectory(prefix="myxo-")
+        folder = _pictures.name
     content = encode_png(pixels)
-    path = os.path.join(_pictures.name, f"{hashlib.sha256(content).hexdigest()[:16]}.png")
+    path = os.path.join(folder, f"{hashlib.sha256(content).hexdigest()[:16]}.png")
     if not os.path.exists(path):
-        with open(path, "wb") as file:
-            file.write(content)
+        part = tempfile.NamedTemporaryFile(dir=folder, delete=False)
+        try:
+            with part:
+                part.write(content)
+            os.replace(part.name, path)
+        except BaseException:
+            os.unlink(part.name)
+            raise
     return path
 
 
@@ -203,6 +213,11 @@ def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
     return table
 
 
+def in_order(values: ArrayLike, dtype: type[np.generic]) -> NDArray[Any]:
+    """An array as the compiled part reads it: of this type, aligned, one row after the other."""
+    return np.require(values, dtype, ["C", "A", "E"])
+
+
 def arrays_of(mesh: Any, label: str) -> Arrays:
     """Vertices and faces of a pair of arrays, or of a mesh of trimesh or PyVista."""
     if hasattr(mesh, "regular_faces"):
@@ -218,11 +233,11 @@ def arrays_of(mesh: Any, label: str) -> Arrays:
                 f"the mesh of `{label}` is a {type(mesh).__name__}: use a name, a path, a pair of arrays (vertices, faces), "
                 "or a mesh of trimesh or PyVista"
             ) from None
-    places = np.ascontiguousarray(vertices, dtype=np.float64)
+    places = in_order(vertices, np.float64)
     corners = np.asarray(faces)
     if not (np.issubdtype(corners.dtype, np.integer) or corners.size == 0):
         raise TypeError(f"the faces of `{label}` are {corners.dtype}: they are numbers of vertices, integers")
     for array, what in ((places, "vertices"), (corners, "faces")):
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"the {what} of `{label}` have the shape {array.shape}: (n, 3) is needed")
-    return places, np.ascontiguousarray(corners, dtype=np.int64)
+    return places, in_order(corners, np.int64)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._myxo import Engine, encode_png
-from ._scene import Scene, source, with_files
+from ._scene import Scene, in_order, source, with_files
 
 PARTICLE = np.dtype(
     [
@@ -192,7 +192,7 @@ class Simulation:
         self._set_field("second_look", values)
 
     def _set_field(self, name: str, values: ArrayLike) -> None:
-        array = np.asarray(values, dtype=np.float32)
+        array = in_order(values, np.float32)
         if array.ndim != 2:
             raise ValueError(f"the field has the shape {array.shape}: (texels, texels) is needed")
         self._engine.set_field(name, array)
@@ -374,7 +374,7 @@ class Object:
     @pose.setter
     def pose(self, pose: ArrayLike | None) -> None:
         """Sets the pose from the next step on; it turns and moves, and does not scale. None gives it back to the scene."""
-        matrix = None if pose is None else np.asarray(pose, dtype=np.float64)
+        matrix = None if pose is None else in_order(pose, np.float64)
         if matrix is not None and matrix.shape != (4, 4):
             raise ValueError(f"a pose is a matrix of shape (4, 4), not {matrix.shape}")
         self._engine.set_pose(self.number, matrix)

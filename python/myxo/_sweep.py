@@ -147,6 +147,7 @@ def sweep(
     folder = _myxo.Folder(out, _plain(fixed), (number, of))
     try:
         own = jobs[number::of]
+        _settle_zarr(Path(out), {job["key"] for job in own})
         missing = [job for job in own if not folder.is_done(job["key"], retry, job["picture"])]
         if missing and missing[0]["picture"] is not None:
             _check_pictures(missing, executor)
@@ -158,6 +159,10 @@ def sweep(
                 stays = row["error"] is not None and folder.is_done(job["key"], True, None)
                 if stays:
                     drawn = row["error"]
+                # First, so that a run that counts as done has all of it.
+                if packed is not None and store == "zarr":
+                    _write_zarr(Path(out), job["key"], packed)
+                    packed = None
                 if isinstance(drawn, str):
                     warnings.warn(f"run {job['number']} has no picture: {drawn}", RuntimeWarning, stacklevel=2)
                     folder.keep_undrawn(job["key"], job["picture"], drawn)
@@ -165,9 +170,6 @@ def sweep(
                     folder.keep_picture(job["key"], drawn)
                 if not stays:
                     whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
-                    if packed is not None and store == "zarr":
-                        _write_zarr(Path(out), job["key"], packed)
-                        packed = None
                     folder.keep(job["key"], _plain(whole), packed)
                 if bar:
                     bar.step(row["error"])
@@ -479,7 +481,7 @@ def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
     import zarr
 
     fields = folder / "fields"
-    part, group = fields / f".{key}.{os.getpid()}.part", fields / f"{key}.zarr"
+    part, old, group = fields / f".{key}.{os.getpid()}.part", fields / f".{key}.old", fields / f"{key}.zarr"
     fields.mkdir(exist_ok=True)
     try:
         with np.load(io.BytesIO(packed)) as file:
@@ -494,12 +496,31 @@ def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
             if file.is_file():
                 with open(file, "rb") as written:
                     os.fsync(written.fileno())
-        # One that is there is of a run that has failed or whose row was removed.
-        shutil.rmtree(group, ignore_errors=True)
+        # One that is there may be of a run that lacks its picture alone: it is there until the other one is.
+        shutil.rmtree(old, ignore_errors=True)
+        if group.exists():
+            os.replace(group, old)
         os.replace(part, group)
+        shutil.rmtree(old, ignore_errors=True)
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
+        if old.exists() and not group.exists():
+            os.replace(old, group)
         raise
+
+
+def _settle_zarr(folder: Path, keys: set[str]) -> None:
+    """Puts back what a killed process was replacing of these runs, and removes what it has left."""
+    for left in (folder / "fields").glob(".*"):
+        # As `_write_zarr` names them.
+        key = left.name.split(".")[1]
+        group = left.with_name(f"{key}.zarr")
+        if key not in keys or left.suffix not in (".part", ".old"):
+            continue
+        if left.suffix == ".old" and not group.exists():
+            os.replace(left, group)
+        else:
+            shutil.rmtree(left, ignore_errors=True)
 
 
 def _table(folder: Path, library: Any, numbers: Mapping[str, int] | None) -> pandas.DataFrame:

@@ -3,6 +3,7 @@
 import gc
 import os
 import re
+import resource
 import signal
 import subprocess
 import threading
@@ -366,6 +367,55 @@ def test_fields_can_be_set():
         ]:
             with pytest.raises(ValueError, match=re.escape(why)):
                 setattr(sim, name, values)
+
+
+def test_arrays_are_read_whatever_their_layout():
+    """Catches members of tables, whose strides are no whole numbers of elements, and arrays that are not aligned."""
+    from myxo import _scene
+
+    def misaligned(array):
+        other = np.frombuffer(b"\0" + array.tobytes(), array.dtype, offset=1).reshape(array.shape)
+        assert not other.flags.aligned
+        return other
+
+    vertices, faces = tetrahedron()
+    for read, given in zip(_scene.arrays_of((misaligned(vertices), misaligned(faces)), "m"), (vertices, faces)):
+        assert read.flags.aligned and (read == given).all()
+    values = np.arange(64 * 64, dtype=np.float32).reshape(64, 64)
+    table = np.zeros((64, 64), dtype=[("flag", "u1"), ("trail", "<f4")])
+    table["trail"] = values
+    with myxo.Simulation("cube", settings={"particles.count": 500, "atlas.size": 64}) as sim:
+        owned = sim.texel_area > 0
+        for given in (table["trail"], misaligned(values)):
+            sim.trail = np.zeros((64, 64))
+            with pytest.raises(ValueError, match="not aligned"):
+                sim._engine.set_field("trail", given)
+            sim.trail = given
+            assert (sim.trail == values)[owned].all()
+        pose = np.eye(4)
+        pose[:3, 3] = [0, 2, 0]
+        with pytest.raises(ValueError, match="not aligned"):
+            sim._engine.set_pose(0, misaligned(pose))
+        sim.objects[0].pose = misaligned(pose)
+        assert np.allclose(sim.step().objects[0].pose, pose)
+
+
+def test_a_picture_of_a_map_is_whole_or_not_there():
+    """Catches a picture that was cut short by a full disk and is taken for whole the next time."""
+    from myxo import _scene
+
+    noise = np.random.default_rng(1).integers(0, 256, (64, 64, 3))
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        with pytest.raises(OSError):
+            _scene._picture("areas.map", noise)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    path = _scene._picture("areas.map", noise)
+    with open(path, "rb") as file:
+        assert b"IEND" in file.read()[-12:]
+    assert all(name.endswith(".png") for name in os.listdir(os.path.dirname(path)))
 
 
 def test_maps_can_be_pictures():

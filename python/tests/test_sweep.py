@@ -439,6 +439,43 @@ def test_fields_in_zarr_are_the_same(whole, tmp_path):
         myxo.sweep(ANGLES, out=tmp_path, store="hdf", **STUDY)
 
 
+def test_fields_in_zarr_are_there_until_others_are(tmp_path, monkeypatch):
+    """Catches fields of a good run that are lost when a sweep ends while it replaces them."""
+    from myxo import _sweep
+    from myxo._runs import packed
+
+    key = "0123456789abcdef"
+    fields, group = tmp_path / "fields", tmp_path / "fields" / f"{key}.zarr"
+
+    def write(value):
+        _sweep._write_zarr(tmp_path, key, packed({"a": np.full(3, value)}))
+
+    def kept():
+        assert [file.name for file in fields.iterdir()] == [group.name]
+        return myxo.read_fields(tmp_path, {"key": key})["a"][:].tolist()
+
+    write(1)
+    replace = os.replace
+
+    def fails(source, target):
+        if os.fspath(source).endswith(".part"):
+            raise OSError("no room")
+        replace(source, target)
+
+    with monkeypatch.context() as patch, pytest.raises(OSError, match="no room"):
+        patch.setattr(os, "replace", fails)
+        write(2)
+    assert kept() == [1, 1, 1]
+    write(2)
+    assert kept() == [2, 2, 2]
+    # As a process leaves them that is killed before the others have their name, and after.
+    for leaves in (lambda old: group.rename(old), lambda old: old.mkdir()):
+        leaves(fields / f".{key}.old")
+        (fields / f".{key}.1.part").mkdir()
+        _sweep._settle_zarr(tmp_path, {key})
+        assert kept() == [2, 2, 2]
+
+
 def test_failed_runs_can_be_done_once_more(tmp_path, monkeypatch):
     """Catches a run that stays failed for good, and one that went well and is done again."""
     monkeypatch.setenv("MYXO_TEST_MARK", str(tmp_path / "mark"))

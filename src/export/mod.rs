@@ -28,7 +28,7 @@ use glam::{Affine3A, DAffine3, DVec3, EulerRot, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-use crate::gpu::{Context, Recorder};
+use crate::gpu::{Context, Fate, Recorder};
 use crate::plain_text::{Shown as _, escaped};
 use crate::render::View;
 use crate::render::output::Written;
@@ -244,6 +244,8 @@ pub struct ExportOnTheWay {
     /// Everything except the state; it may be changed.
     pub export: Export<'static>,
     copy: SnapshotCopy,
+    /// Of the recording that has the copies.
+    fate: Fate,
     ctx: Arc<Context>,
 }
 
@@ -256,23 +258,33 @@ impl ExportOnTheWay {
         Ok(Self {
             export: Export::build(scene, simulation, Cow::Owned(Snapshot::default())),
             copy: simulation.record_snapshot(rec)?,
+            fate: rec.fate.clone(),
             ctx: Arc::clone(rec.ctx()),
         })
     }
 
-    /// Waits until the frame in which it was recorded has finished.
+    /// Waits until the frame in which it was recorded has finished. That is noticed when [`Frames::begin`](crate::gpu::Frames::begin) or
+    /// [`Frames::wait_idle`](crate::gpu::Frames::wait_idle) waits for the frame: another thread must do so meanwhile, or this one before.
+    /// Otherwise it waits until it is cancelled.
     ///
     /// # Errors
-    /// When it was cancelled, or the device was lost.
+    /// When it was cancelled, the device was lost, or the recording was dropped and not submitted.
     pub fn wait(mut self, watch: &Watch) -> Result<Export<'static>> {
         while !self.copy.is_there() {
             if watch.is_cancelled() {
                 return Err(Error::Invalid("it was cancelled".to_owned()));
             }
+            // A device that is lost drops recordings, too, and is lost first.
+            let was_dropped = self.fate.was_dropped();
             if self.ctx.is_lost() {
                 return Err(Error::Invalid(
                     "the device was lost before the state had been copied: nothing is exported"
                         .to_owned(),
+                ));
+            }
+            if was_dropped {
+                return Err(Error::Invalid(
+                    "the frame that copies the state was dropped: nothing is exported".to_owned(),
                 ));
             }
             thread::sleep(LOOKS_EVERY);

@@ -84,7 +84,8 @@ impl<T: Pod> Readback<T> {
         true
     }
 
-    /// The oldest copy that has arrived and was not returned yet, with its number. Does not wait.
+    /// The oldest copy that has arrived and was not returned yet, with its number. Does not wait. A copy arrives when
+    /// [`Frames::begin`](super::Frames::begin) or [`Frames::wait_idle`](super::Frames::wait_idle) has waited for its frame.
     pub fn poll(&mut self) -> Option<(u64, Vec<T>)> {
         loop {
             let (_, slot, _) = self.waiting.front()?;

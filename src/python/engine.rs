@@ -6,7 +6,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DMat4, DVec3, UVec2};
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods as _, PyReadonlyArray2, ToPyArray as _};
+use numpy::ndarray::ArrayView2;
+use numpy::{
+    Element, PyArray1, PyArray2, PyArray3, PyArrayMethods as _, PyReadonlyArray2,
+    PyUntypedArrayMethods as _, ToPyArray as _,
+};
 use pyo3::IntoPyObjectExt as _;
 use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -244,8 +248,8 @@ impl Engine {
         object: usize,
         pose: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<()> {
-        let pose = pose.map(|pose| {
-            let pose = pose.as_array();
+        let pose = pose.map(|pose| -> PyResult<_> {
+            let pose = view_of(&pose)?;
             if pose.shape() != [4, 4] {
                 let shape = pose.shape();
                 return Err(PyValueError::new_err(format!(
@@ -319,7 +323,7 @@ impl Engine {
         values: PyReadonlyArray2<'_, f32>,
     ) -> PyResult<()> {
         let field = Field::named(field)?;
-        let values = values.as_array();
+        let values = view_of(&values)?;
         let shape = [values.shape()[0], values.shape()[1]];
         let values: Vec<f32> = values.iter().copied().collect();
         self.with(py, |running| set_field(running, field, shape, &values))
@@ -524,7 +528,7 @@ impl Engine {
 }
 
 impl Engine {
-    fn texels<'py, T: numpy::Element + Copy + Send>(
+    fn texels<'py, T: Element + Copy + Send>(
         &self,
         py: Python<'py>,
         read: impl FnOnce(&mut Running) -> Result<Vec<T>> + Send,
@@ -658,9 +662,22 @@ fn value_of(settings: &Settings, key: &str) -> PyResult<String> {
     parameters::value_of(settings, key).ok_or_else(|| no_parameter(key))
 }
 
+/// The elements of an array. The library for NumPy takes it for granted that they are aligned, and whole elements apart.
+fn view_of<'a, T: Element>(array: &'a PyReadonlyArray2<'_, T>) -> PyResult<ArrayView2<'a, T>> {
+    let size = size_of::<T>() as isize;
+    let mut axes = array.shape().iter().zip(array.strides());
+    let is_even = axes.all(|(&length, &stride)| length < 2 || stride % size == 0);
+    if !is_even || !array.data().is_aligned() {
+        return Err(PyValueError::new_err(
+            "the elements of the array are not aligned, or not whole elements apart: use a copy of it, as by `array.copy()`",
+        ));
+    }
+    Ok(array.as_array())
+}
+
 /// A mesh in memory.
 fn mesh_of(name: &str, (vertices, faces): &Arrays<'_>) -> PyResult<Mesh> {
-    let (vertices, faces) = (vertices.as_array(), faces.as_array());
+    let (vertices, faces) = (view_of(vertices)?, view_of(faces)?);
     for (array, what) in [(vertices.shape(), "vertices"), (faces.shape(), "faces")] {
         if array[1] != 3 {
             return Err(PyValueError::new_err(format!(

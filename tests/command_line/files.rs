@@ -95,6 +95,33 @@ fn outputs_that_cannot_be_written_are_refused_at_once() {
     assert_eq!(folder.names(), ["file"]);
 }
 
+/// Catches a result that is lost because its file cannot be replaced, as one that a container has as a volume.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_mount_point_takes_the_content() {
+    let folder = Folder::new();
+    let picture = folder.with("x.png", "old");
+    let script = "mount --bind \"$1\" \"$1\" || exit 99; shift; exec \"$@\"";
+    let mounted = |program: &OsStr, arguments: &[&str]| {
+        std::process::Command::new("unshare")
+            .args(["-Urm", "sh", "-c", script, "sh", path(&picture)])
+            .arg(program)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .output()
+    };
+    if !mounted("true".as_ref(), &[]).is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: nothing can be mounted here");
+        return;
+    }
+    let arguments = ["atlas", "cube", "--size", "64", "--out", path(&picture)];
+    let output = mounted(program().get_program(), &arguments).expect("there is a shell");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let size = image::image_dimensions(&picture).expect("it is a picture");
+    assert_eq!(size, (64, 64));
+    assert_eq!(folder.names(), ["x.png"]);
+}
+
 #[test]
 fn without_ffmpeg_other_formats_are_named() {
     let folder = Folder::new();

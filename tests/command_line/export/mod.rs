@@ -739,6 +739,21 @@ fn a_state_that_was_lost_on_its_way_is_not_waited_for() {
     assert!(error.to_string().contains("was lost before"), "{error}");
 }
 
+/// Would catch: a window that hangs when it closes, because a frame has failed after an export was recorded in it.
+#[test]
+fn a_state_whose_recording_was_dropped_is_not_waited_for() {
+    let Some(gpu) = gpu() else { return };
+    let run = Run::of(&gpu, moving_scene_of_two(), 1);
+    let mut frames = Frames::new(&gpu.ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let coming = ExportOnTheWay::record(&run.scene, &run.simulation, &mut rec).unwrap();
+    drop(rec);
+    let error = coming.wait(&Watch::default()).err();
+    let error = error.expect("nothing was copied").to_string();
+    assert!(error.contains("was dropped"), "{error}");
+    gpu.finish();
+}
+
 #[test]
 fn endings_say_what_a_file_is() {
     for (name, format) in [
