@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import time
 from collections.abc import Callable, Mapping
@@ -28,9 +29,10 @@ def do(job: Mapping[str, Any]) -> Result:
     file: bytes | None = None
     picture: bytes | str | None = None
     try:
-        from ._myxo import encode_png
+        from ._myxo import commit, encode_png
         from ._simulation import Simulation
 
+        row["commit"] = commit()
         scene, steps, run = job["scene"], job["steps"], job["run"]
         settings = {**job["settings"], **job["point"]}
         with Simulation(
@@ -45,13 +47,18 @@ def do(job: Mapping[str, Any]) -> Result:
             row["state_hash"] = sim.state_hash
             measures = sim.measures()
             row.update({key: value for key, value in measures.items() if isinstance(value, (int, float))})
+            if job["network"]:
+                columns = json.loads(sim._engine.network_columns())
+                row.update({f"graph_{name}": value for name, value in columns})
             row["device"] = sim.device
             for name in job["fields"]:
                 fields[name] = getattr(sim, name)
             taken = {"run", "seed", "seconds", "error", "key", *row, *job["point"], *fields}
             for name, value in found.items():
                 if name in taken:
-                    raise ValueError(f"the run returns `{name}`, which the table has already: give it another name")
+                    # As those of `sim.network()`.
+                    or_graph = ", or sweep with `network=True` for measures of the graph" if "mean_degree" in found else ""
+                    raise ValueError(f"the run returns `{name}`, which the table has already: give it another name{or_graph}")
                 if hasattr(value, "ndim") and value.ndim > 0:
                     fields[name] = value
                 else:

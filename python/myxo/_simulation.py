@@ -258,7 +258,8 @@ class Simulation:
         A node has its `kind` (junction, end, spot, loop, or through for a food on a line), the name of its `object`, its `place` in world
         coordinates, its `degree`, the network's `width` there, and the numbers of the `foods` that it reaches. An edge has `from` and `to`,
         numbers of nodes, `length`, `width`, the mean `trail`, and `points` along it. Places and points, too, are in scene radii: times
-        `sim.radius` they are world units.
+        `sim.radius` they are world units. `measures["foods"]`, None if fewer than two are reached, has `pairs`: the distances of each two
+        foods, over the `surface` and along the `network`.
 
             graph = networkx.MultiGraph()
             graph.add_edges_from((edge["from"], edge["to"], edge) for edge in sim.network()["edges"])

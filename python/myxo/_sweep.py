@@ -41,7 +41,7 @@ ATTEMPTS = 3
 ASKS_EVERY = 0.2
 # A column of the table has the name of its parameter; these stand before and after.
 FIRST = ("run", "seed")
-LAST = ("step", "state_hash", "seconds", "device", "error")
+LAST = ("step", "state_hash", "seconds", "device", "commit", "error")
 
 
 def sweep(
@@ -57,6 +57,7 @@ def sweep(
     fields: Sequence[str] = (),
     store: str = "npz",
     picture: str | Sequence[int] | None = None,
+    network: bool = False,
     executor: Any = None,
     workers: int | None = None,
     device: str | int | None = None,
@@ -83,7 +84,8 @@ def sweep(
     run
         What a run does, in place of `sim.step(steps)`: a function of the simulation and the point, which returns numbers and texts for
         the row, and arrays for `fields`. It must be found by name in a module, as executors need it, or be a `functools.partial` of such
-        a function. Names that the row has already, such as `seed` or a parameter of the point, are refused.
+        a function. Names that the row has already, such as `seed`, `length` or a parameter of the point, are refused after the run.
+        So the measures of `sim.network()`, of which one is `length`, are not returned: `network=True` adds them.
     out
         The folder: `table.parquet` and `table.csv`, `runs/` with a row for each run, `fields/` with arrays.
     scene, steps, preset, settings
@@ -100,6 +102,9 @@ def sweep(
         the size in a study file. A run without it is done again. If only the picture fails, row and fields stay, a warning says why, and
         so does `pictures/KEY.json`; it is tried again by `retry`.
         The program's `myxo sweep` draws a sheet of those of a study file with a grid.
+    network
+        Rows also get the measures of the graph of `sim.network()`, as `graph_nodes`, `graph_length` and so on to `graph_foods_tolerance`.
+        A study file has the key `network`. Rows without them are done again.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
         an executor of submitit. By default, processes on this machine.
@@ -119,7 +124,7 @@ def sweep(
     -------
     pandas.DataFrame
         Columns `run` (number of the point), `seed`, each parameter, measures of the network, what `run` returned, `step`, `state_hash`,
-        `seconds`, `device` and `error` (None where all went well).
+        `seconds`, `device`, `commit` (that of the program) and `error` (None where all went well).
 
     Raises
     ------
@@ -139,6 +144,7 @@ def sweep(
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
     if picture is not None:
         study["picture"] = _size(picture)
+    study["network"] = bool(network or study.get("network"))
     study = {**study, "settings": study["settings"] or {}}
     fixed = _fixed(study, run)
     jobs = _jobs(study, fixed, run, tuple(fields), device)
@@ -251,6 +257,8 @@ def _jobs(
     contents = json.loads(_myxo.contents(_plain(named)))
     for number, (point, files) in enumerate(zip(points, contents)):
         whole = {**fixed, "point": point, "fields": fields, **({"files": files} if files else {})}
+        if study["network"]:
+            whole["network"] = True
         for seed in seeds:
             key = _myxo.run_key(_plain({**whole, "seed": seed}))
             jobs.append(
@@ -266,6 +274,7 @@ def _jobs(
                     "settings": settings,
                     "fields": fields,
                     "picture": study.get("picture"),
+                    "network": study["network"],
                     "device": device,
                 }
             )

@@ -48,6 +48,12 @@ def names(sim, point, name):
     return {name: 7.0}
 
 
+def measures_of_the_graph(sim, point):
+    """Returns names that rows have already."""
+    sim.step(2)
+    return sim.network()["measures"]
+
+
 def dies_once(sim, point):
     """Ends its process, but for the second time."""
     mark = os.environ["MYXO_TEST_MARK"]
@@ -93,6 +99,7 @@ def test_every_run_is_a_row_and_the_same_as_alone(whole):
         assert sim.measures()["length"] == pytest.approx(row["length"])
         assert (myxo.read_fields(out, row)["trail"] == sim.trail).all()
     assert table["state_hash"].nunique() == 8
+    assert (table["particles"] == 500).all() and table["commit"].fillna("").eq(myxo._myxo.commit() or "").all()
     import pandas
 
     assert hashes(pandas.read_parquet(out / "table.parquet")) == hashes(table)
@@ -102,6 +109,31 @@ def test_every_run_is_a_row_and_the_same_as_alone(whole):
     assert dict(data.sizes) == {"physarum.sensor_angle": 2, "trail.decay": 2, "seed": 2}
     with pytest.raises(ValueError, match="name all parameters"):
         myxo.to_dataset(table, "trail.decay")
+
+
+def test_rows_have_measures_of_the_graph(whole, tmp_path):
+    """Catches measures of another graph, rows without them that count as done, and a program that does these runs again."""
+    _, table = whole
+    study = tmp_path / "study.toml"
+    study.write_text("network = true\n" + STUDY_FILE.replace("seeds = 2", "seeds = [1]"))
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        plain = myxo.sweep(ANGLES, out=tmp_path / "out", seeds=[1], executor=threads, **STUDY)
+        assert not any(name.startswith("graph_") for name in plain)
+        found = myxo.sweep(ANGLES, out=tmp_path / "out", seeds=[1], network=True, executor=threads, **STUDY)
+        mistaken = myxo.sweep({"trail.decay": [0.9]}, measures_of_the_graph, out=tmp_path / "own", executor=threads, **STUDY)
+    assert hashes(found) == hashes(plain) == hashes(table[table["seed"] == 1])
+    row = found.iloc[0]
+    settings = {**SETTINGS, **{key: row[key] for key in ANGLES}}
+    with myxo.Simulation("cube", seed=1, settings=settings) as sim:
+        measures = sim.step(5).network()["measures"]
+    assert measures.pop("foods") is None and found["graph_foods_reached"].isna().all()
+    assert {name: row[f"graph_{name}"] for name in measures} == measures
+    assert "`length`" in mistaken["error"][0] and "network=True" in mistaken["error"][0]
+    # The study file says the same.
+    no_workers = object()
+    again = myxo.sweep(study, out=tmp_path / "out", executor=no_workers, progress=False)
+    assert hashes(again) == hashes(found)
+    assert "to do" not in sweep_of_program(study, tmp_path / "out")
 
 
 def test_what_is_done_is_not_run_again_and_more_points_join(whole):

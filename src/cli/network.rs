@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::UVec2;
-use myxo::export::{NetworkFile, NetworkFormat};
+use myxo::export::{NetworkFile, NetworkFormat, network_columns};
 use myxo::plain_text::{Shown as _, counted, escaped};
 use myxo::render::offscreen::{self, Offscreen, too_large};
 use myxo::render::output::write_png;
@@ -14,7 +14,6 @@ use myxo::sim::Snapshot;
 use myxo::sim::graph::{Graph, Measures, network_of};
 use myxo::sweep::unseen;
 use myxo::{Error, Result};
-use serde_json::json;
 
 use super::files::{Sink, check_distinct};
 use super::options::{CommonOptions, Size};
@@ -266,47 +265,16 @@ fn table(series: &[(u64, Measures)]) -> Result<String> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut is_first = true;
     for (step, measures) in series {
-        let foods = measures.foods.clone().unwrap_or_default();
-        let (own, foods) = (json!(measures), json!(foods));
-        const OWN: [&str; 10] = [
-            "nodes",
-            "edges",
-            "junctions",
-            "ends",
-            "parts",
-            "cycles",
-            "mean_degree",
-            "length",
-            "width",
-            "tolerance",
-        ];
-        const FOODS: [&str; 6] = [
-            "reached",
-            "connected",
-            "distance",
-            "efficiency",
-            "cost",
-            "tolerance",
-        ];
+        let columns = network_columns(measures);
         if std::mem::take(&mut is_first) {
-            let foods = FOODS.map(|name| format!("foods_{name}"));
-            let names = ["step"].iter().chain(&OWN).map(|name| (*name).to_owned());
-            let names: Vec<String> = names.chain(foods).collect();
+            let names = std::iter::once("step").chain(columns.iter().map(|(name, _)| *name));
             writer.write_record(names).map_err(|error| failed(&error))?;
         }
-        let text = |value: &serde_json::Value| {
-            if value.is_null() {
-                String::new()
-            } else {
-                value.to_string()
-            }
-        };
-        let own = OWN.map(|name| text(&own[name]));
-        let foods = FOODS.map(|name| match measures.foods {
-            Some(_) => text(&foods[name]),
-            None => String::new(),
+        let values = columns.iter().map(|(_, value)| match value.is_null() {
+            true => String::new(),
+            false => value.to_string(),
         });
-        let row = std::iter::once(step.to_string()).chain(own).chain(foods);
+        let row = std::iter::once(step.to_string()).chain(values);
         writer.write_record(row).map_err(|error| failed(&error))?;
     }
     let bytes = writer.into_inner().map_err(|error| failed(&error))?;

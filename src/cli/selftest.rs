@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 use glam::DAffine3;
 use myxo::gpu::{Context, ContextOptions, Frames};
 use myxo::mesh::atlas::{AtlasError, Control};
+use myxo::plain_text::escaped;
 use myxo::scene::builtin::SCENES;
 use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
@@ -19,7 +20,7 @@ use myxo::sim::{Setup, Simulation, memory, twin};
 use myxo::{Error, Result};
 use serde_json::{Value, json};
 
-use super::files::{Sink, check_distinct};
+use super::files::{Sink, check_distinct, check_unread};
 use super::progress::Progress;
 use super::{Command, Outcome, interrupt, unless_closed};
 use crate::console;
@@ -31,6 +32,9 @@ use crate::console;
 /// of a kernel is full. States are compared as hashes with those built into the program. If one differs, the first step, the first kernel
 /// and the first number are named.
 ///
+/// A scene file has no reference hash: it runs as it is, with its own particles and texture, and its states on the device and on the
+/// processor are compared with each other.
+///
 /// Exits 1 if anything differs.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
@@ -38,13 +42,14 @@ Examples:
   myxo selftest                          a minute without a graphics card, seconds with one
   myxo selftest --json selftest.json     also the report to send with a bug
   myxo selftest --engine cpu             without Vulkan
-  myxo selftest --scene trio             one scene")]
+  myxo selftest --scene trio             one scene
+  myxo selftest --scene own.toml         a scene of your own, on the device and on the processor")]
 pub struct SelfTest {
     /// What runs
     #[arg(long, value_enum, default_value = "both")]
     engine: Engine,
-    /// Only this built-in scene; may be repeated
-    #[arg(long = "scene", value_name = "NAME", value_parser = scene_name)]
+    /// Only this built-in scene or scene file; may be repeated
+    #[arg(long = "scene", value_name = "NAME|FILE", value_parser = scene_name)]
     scenes: Vec<String>,
     /// Tests this device: its number or a part of its name, as `myxo info` lists them
     #[arg(long, value_name = "N|NAME")]
@@ -276,6 +281,8 @@ enum Kept {
     Asked(Option<String>),
     /// The table is being made.
     BeingMade,
+    /// The table has built-in scenes only, and this is a file.
+    Absent,
 }
 
 impl Default for Kept {
@@ -299,27 +306,33 @@ struct Row {
 }
 
 impl Row {
-    /// Does every state agree with the table? While the table is being made, there is nothing to compare.
+    /// Does every state agree with the table? While the table is being made, there is nothing to compare; without a reference the device
+    /// is compared with the processor.
     fn agrees(&self) -> bool {
         let mut states = [&self.device, &self.host].into_iter().flatten();
         let expected = match &self.kept {
             Kept::Asked(kept) => kept.as_ref(),
-            Kept::BeingMade => self.host.as_ref(),
+            Kept::BeingMade | Kept::Absent => self.host.as_ref(),
         };
         self.problem.is_none() && expected.is_some() && states.all(|state| Some(state) == expected)
     }
 }
 
-/// Checks a scene's name: only built-in scenes are in the table.
+/// Is it the name of a built-in scene? Only these are in the table.
+fn is_builtin(name: &str) -> bool {
+    SCENES.iter().any(|scene| scene.name == name)
+}
+
+/// Checks that there is such a scene.
 fn scene_name(name: &str) -> Result<String, String> {
-    let names = || SCENES.iter().map(|scene| scene.name);
-    match names().find(|known| *known == name) {
-        Some(name) => Ok(name.to_owned()),
-        None => Err(format!(
-            "no such built-in scene; there are {}",
-            names().collect::<Vec<_>>().join(", ")
-        )),
+    if is_builtin(name) || Path::new(name).is_file() {
+        return Ok(name.to_owned());
     }
+    let names: Vec<_> = SCENES.iter().map(|scene| scene.name).collect();
+    Err(format!(
+        "no such built-in scene, and no such file; there are {}",
+        names.join(", ")
+    ))
 }
 
 impl Command for SelfTest {
@@ -333,6 +346,8 @@ impl Command for SelfTest {
                 "--table computes the hashes on the processor: omit --engine gpu".to_owned(),
             ));
         }
+        self.check_files()?;
+        check_unread(outputs(), "")?;
         interrupt::install()?;
         let begun = Instant::now();
         let ctx = match self.engine {
@@ -372,9 +387,11 @@ impl Command for SelfTest {
                     path.display()
                 )
             }
-            _ => summary(rows.len(), differing, broken.as_deref()),
+            _ => summary(&rows, differing, broken.as_deref()),
         };
         print(end);
+        // Again: masks and maps are inputs, too, and have been read by now.
+        check_unread(outputs(), "")?;
         if let Some(path) = &self.json {
             let report = self.report(ctx.as_deref(), broken.as_deref(), &rows, begun);
             let report = serde_json::to_string_pretty(&report).expect("facts are plain") + "\n";
@@ -386,6 +403,36 @@ impl Command for SelfTest {
 }
 
 impl SelfTest {
+    /// The scenes that are files.
+    fn files(&self) -> impl Iterator<Item = &str> {
+        let scenes = self.scenes.iter().map(String::as_str);
+        scenes.filter(|name| !is_builtin(name))
+    }
+
+    /// Refuses scene files that cannot be loaded or compared.
+    fn check_files(&self) -> Result<()> {
+        for file in self.files() {
+            let name = escaped(file);
+            if self.engine != Engine::Both {
+                return Err(Error::Invalid(format!(
+                    "{name} has no reference hash: it is compared between the device and the processor, so omit --engine"
+                )));
+            }
+            if self.table.is_some() {
+                return Err(Error::Invalid(format!(
+                    "--table is for built-in scenes only: omit --scene {name}"
+                )));
+            }
+            let scene = Scene::load(Path::new(file), &Overrides::default())?;
+            if scene.settings.uses_raster() {
+                return Err(Error::Invalid(format!(
+                    "{name} has `distance.method = \"raster\"`, whose distances are as each device draws them: choose bvh or brute"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// The head of the report: what is tested, and its arithmetic.
     fn head(&self, ctx: Option<&Context>, broken: Option<&[Broken]>) -> String {
         let commit = myxo::commit().map_or(String::new(), |commit| format!(" (commit {commit})"));
@@ -435,6 +482,7 @@ impl SelfTest {
         let scenes = SCENES.iter().map(|scene| scene.name);
         let scenes: Vec<&str> = scenes
             .filter(|name| self.scenes.is_empty() || self.scenes.iter().any(|own| own == name))
+            .chain(self.files())
             .collect();
         let mut progress = Progress::counting(scenes.len() as u64, "selftest", "scenes");
         let mut rows = Vec::new();
@@ -446,7 +494,7 @@ impl SelfTest {
                     return Ok((rows, false));
                 }
                 let own = match self.run_all(ctx, name, &runs) {
-                    // Ctrl-C while setting up.
+                    // Ctrl-C while setting up, or in the steps of the processor.
                     Err(Error::Atlas(AtlasError::Cancelled)) => {
                         progress.finish();
                         return Ok((rows, false));
@@ -465,8 +513,11 @@ impl SelfTest {
 
     /// The layout of a scene, and its runs.
     fn run_all(&self, ctx: Option<&Arc<Context>>, name: &str, runs: &Runs) -> Result<Vec<Row>> {
-        let mut set: Vec<String> = COMMON.iter().map(|&set| set.to_owned()).collect();
-        set.extend(runs.set.iter().map(|&set| set.to_owned()));
+        let is_file = !is_builtin(name);
+        // Files run as they are.
+        let common: &[&str] = if is_file { &[] } else { COMMON };
+        let set = common.iter().chain(runs.set);
+        let set = set.map(|&set| set.to_owned()).collect();
         let overrides = Overrides {
             set,
             ..Overrides::default()
@@ -482,6 +533,7 @@ impl SelfTest {
             run: run.to_owned(),
             kept: match self.table {
                 Some(_) => Kept::BeingMade,
+                None if is_file => Kept::Absent,
                 None => Kept::Asked(kept(name, run)),
             },
             host,
@@ -501,7 +553,7 @@ impl SelfTest {
             if let Some(strategy) = run.strategy {
                 scene.settings.transfer.strategy = strategy;
             }
-            if scene.settings.objects.len() > 1 {
+            if !is_file && scene.settings.objects.len() > 1 {
                 scene.settings.transfer.buffer_size = BUFFER;
             }
             let host = (self.engine != Engine::Gpu).then(|| on_host(&scene, &setup, &dabs));
@@ -569,7 +621,7 @@ impl SelfTest {
                 "agrees": row.agrees(),
                 "expected": match &row.kept {
                     Kept::Asked(kept) => kept.as_deref(),
-                    Kept::BeingMade => None,
+                    Kept::BeingMade | Kept::Absent => None,
                 },
                 "device": row.device,
                 "processor": row.host,
@@ -625,8 +677,14 @@ impl Run {
 }
 
 fn runs_of(name: &str) -> Vec<Runs> {
-    let scene = SCENES.iter().find(|scene| scene.name == name);
-    let objects = scene.map_or(0, |scene| scene.text.matches("[[object]]").count());
+    let Some(scene) = SCENES.iter().find(|scene| scene.name == name) else {
+        return vec![Runs {
+            set: &[],
+            has_layout: false,
+            runs: vec![Run::new("steps", None)],
+        }];
+    };
+    let objects = scene.text.matches("[[object]]").count();
     let mut runs: Vec<Run> = if objects > 1 {
         let all = Strategy::ALL.iter();
         all.map(|&strategy| Run::new(strategy.word(), Some(strategy)))
@@ -672,6 +730,10 @@ fn layout(setup: &Setup) -> String {
 fn on_host(scene: &Scene, setup: &Setup, dabs: &[Dab]) -> Result<String> {
     let mut simulation = twin::Simulation::new(setup.clone(), scene.settings.clone());
     for step in 1..=STEPS {
+        // A file may have many particles.
+        if interrupt::requested() {
+            return Err(AtlasError::Cancelled.into());
+        }
         for dab in dabs.iter().filter(|_| step == PAINTED_IN) {
             simulation.paint(dab)?;
         }
@@ -726,7 +788,7 @@ fn table(rows: &[Row]) -> String {
 }
 
 fn line(row: &Row, engine: Engine) -> String {
-    let mut text = format!("{:<9} {:<11}", row.scene, row.run);
+    let mut text = format!("{:<9} {:<11}", escaped(&row.scene), row.run);
     let columns = match engine {
         Engine::Both => &[&row.device, &row.host][..],
         Engine::Gpu => &[&row.device],
@@ -738,6 +800,8 @@ fn line(row: &Row, engine: Engine) -> String {
     let _ = match (&row.kept, row.agrees()) {
         (Kept::BeingMade, true) => Ok(()),
         (Kept::BeingMade, false) => write!(text, " DIFFERS"),
+        (Kept::Absent, true) => write!(text, " equal, no reference"),
+        (Kept::Absent, false) => write!(text, " DIFFERS, no reference"),
         (_, true) => write!(text, " as expected"),
         (Kept::Asked(Some(kept)), false) => write!(text, " DIFFERS, expected {kept}"),
         (Kept::Asked(None), false) => write!(text, " is not in the table"),
@@ -751,7 +815,14 @@ fn line(row: &Row, engine: Engine) -> String {
     text
 }
 
-fn summary(all: usize, differing: usize, broken: Option<&[Broken]>) -> String {
+fn summary(rows: &[Row], differing: usize, broken: Option<&[Broken]>) -> String {
+    let all = rows.len();
+    let has_reference = rows.iter().any(|row| !matches!(row.kept, Kept::Absent));
+    let found = if has_reference {
+        "as expected"
+    } else {
+        "equal on the device and on the processor"
+    };
     let what = if broken.is_some() {
         "device"
     } else {
@@ -760,10 +831,10 @@ fn summary(all: usize, differing: usize, broken: Option<&[Broken]>) -> String {
     let has_broken = broken.is_some_and(|broken| !broken.is_empty());
     match (differing, has_broken) {
         (0, false) => format!(
-            "\n{all} of {all} states are as expected: results of this {what} can be compared with those of any other by their hashes.\n"
+            "\n{all} of {all} states are {found}: results of this {what} can be compared with those of any other by their hashes.\n"
         ),
         (0, true) => format!(
-            "\n{all} of {all} states are as expected, but the arithmetic of this {what} is not: other runs may differ.\n"
+            "\n{all} of {all} states are {found}, but the arithmetic of this {what} is not: other runs may differ.\n"
         ),
         _ => format!(
             "\n{differing} of {all} states differ: compare hashes of this {what} with its own only.\n"

@@ -40,7 +40,11 @@ const MARK: &str = "myxo-sweep-answer ";
 ///
 /// A study file names the scene and the points: a grid, a sample or a list. Each run that is done is written at once, so
 /// the same command goes on where an earlier one was ended, and runs nothing twice. The folder gets table.csv and table.parquet,
-/// with a row for each run: its parameters, measures of its network, the hash of its state, and its error if it failed.
+/// with a row for each run: its parameters, measures of its network, the hash of its state, the program's commit, and its error if it
+/// failed.
+///
+/// With `network = true` in the study rows also have the measures of the network as a graph, those of `myxo network --series`, from
+/// graph_nodes to graph_foods_tolerance. Rows without them are done again.
 ///
 /// With `picture` in the study each run also writes a picture, pictures/KEY.png, and a grid a sheet of them, sheet.png: its first parameter
 /// changes from row to row, its last one from column to column.
@@ -61,6 +65,7 @@ A study:
   seeds = 3                   # 0, 1 and 2; or a list
   preset = \"network\"
   picture = \"240x240\"        # of each run, and a sheet of a grid's
+  network = true              # also measures of the graph
   set.\"particles.count\" = 100000
   [grid]                      # every combination
   \"physarum.sensor_angle\" = [15, 30, 45]

@@ -40,7 +40,7 @@ use crate::sim::checkpoint::Checkpoint;
 use crate::sim::field::trail_at;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
-pub use network::{NetworkFile, NetworkFormat};
+pub use network::{NetworkFile, NetworkFormat, network_columns};
 use paint::Paint;
 pub use watch::Watch;
 use watch::Watched;

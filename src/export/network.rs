@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::error::{Error, Result};
 use crate::plain_text::{Shown as _, in_csv};
-use crate::sim::graph::{Graph, Measures, Node};
+use crate::sim::graph::{Between, Graph, Measures, Node};
 
 /// A graph with what it is of.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -180,6 +180,31 @@ impl NetworkFile<'_> {
     }
 }
 
+/// The measures of a graph as columns of tables: their names and values. Those between foods, from `foods_reached` on, are null where the
+/// network reaches fewer than two; distances of single pairs are no columns.
+#[must_use]
+pub fn network_columns(measures: &Measures) -> Vec<(&'static str, Value)> {
+    let foods = |of: fn(&Between) -> Value| measures.foods.as_ref().map_or(Value::Null, of);
+    vec![
+        ("nodes", json!(measures.nodes)),
+        ("edges", json!(measures.edges)),
+        ("junctions", json!(measures.junctions)),
+        ("ends", json!(measures.ends)),
+        ("parts", json!(measures.parts)),
+        ("cycles", json!(measures.cycles)),
+        ("mean_degree", json!(measures.mean_degree)),
+        ("length", json!(measures.length)),
+        ("width", json!(measures.width)),
+        ("tolerance", json!(measures.tolerance)),
+        ("foods_reached", foods(|foods| json!(foods.reached))),
+        ("foods_connected", foods(|foods| json!(foods.connected))),
+        ("foods_distance", foods(|foods| json!(foods.distance))),
+        ("foods_efficiency", foods(|foods| json!(foods.efficiency))),
+        ("foods_cost", foods(|foods| json!(foods.cost))),
+        ("foods_tolerance", foods(|foods| json!(foods.tolerance))),
+    ]
+}
+
 /// A text in XML; characters that XML cannot have become replacement characters.
 fn in_xml(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -194,4 +219,31 @@ fn in_xml(text: &str) -> String {
         }
     }
     escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: zeros in place of measures between foods that there are not.
+    #[test]
+    fn measures_between_foods_are_null_without_foods() {
+        let mut measures = Measures {
+            length: 2.5,
+            ..Measures::default()
+        };
+        let value = |measures: &Measures, name: &str| {
+            let columns = network_columns(measures);
+            let column = columns.into_iter().find(|(own, _)| *own == name);
+            column.expect("it is there").1
+        };
+        assert_eq!(value(&measures, "length"), json!(2.5));
+        assert_eq!(value(&measures, "foods_reached"), Value::Null);
+        measures.foods = Some(Between {
+            reached: 2,
+            ..Between::default()
+        });
+        assert_eq!(value(&measures, "foods_reached"), json!(2));
+        assert_eq!(value(&measures, "foods_efficiency"), Value::Null);
+    }
 }

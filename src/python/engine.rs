@@ -467,6 +467,17 @@ impl Engine {
         })
     }
 
+    /// The measures of that graph as JSON: a list of names and values, those of columns of tables.
+    fn network_columns(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |running| {
+            let simulation = &running.simulation;
+            let trail = running.ctx.download(&simulation.state().trail.front)?;
+            let poses = simulation.world_from_object();
+            let (_, measures) = network_of(&trail, simulation.setup(), &poses);
+            Ok(serde_json::json!(export::network_columns(&measures)).to_string())
+        })
+    }
+
     /// The hash of the state, 16 hexadecimal digits.
     fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
         self.with(py, |running| {

@@ -26,6 +26,7 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("version", env!("CARGO_PKG_VERSION"))?;
     module.add("arithmetic", crate::sim::arithmetic::VERSION)?;
     module.add("LONGEST_SIDE", crate::sweep::LONGEST_SIDE)?;
+    module.add_function(wrap_pyfunction!(commit, module)?)?;
     module.add_function(wrap_pyfunction!(scenes, module)?)?;
     module.add_function(wrap_pyfunction!(presets, module)?)?;
     module.add_function(wrap_pyfunction!(parameters, module)?)?;
@@ -43,6 +44,12 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sweep::picture_size, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::check_pictures, module)?)?;
     Ok(())
+}
+
+/// The commit of the checkout that the package was built in, 12 digits, if it is known.
+#[pyfunction]
+fn commit() -> Option<String> {
+    crate::commit()
 }
 
 /// The names of the built-in scenes.

@@ -21,7 +21,7 @@ mod tests;
 mod thinning;
 mod trace;
 
-pub use measures::{Between, Measures};
+pub use measures::{Between, Measures, Pair};
 pub use parts::{Edge, Graph, Node, NodeKind};
 pub use state::{graph_of, network_of};
 pub use surroundings::Surroundings;

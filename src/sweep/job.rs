@@ -9,12 +9,14 @@ use serde_json::{Value, json};
 use super::picture::{Picture, drawn};
 use super::row::Row;
 use crate::error::{Error, Result};
+use crate::export::network_columns;
 use crate::gpu::{Context, Frames, default_cache_folder};
 use crate::mesh::atlas::Control;
 use crate::plain_text::escaped;
 use crate::scene::parameters::{self, PARAMETERS};
 use crate::scene::suggest::nearest;
 use crate::scene::{Overrides, Scene};
+use crate::sim::graph::network_of;
 use crate::sim::network::Network;
 use crate::sim::{Simulation, memory};
 
@@ -42,6 +44,9 @@ pub struct Job {
     pub seed: u64,
     /// Width and height of its picture, pixels; none without one.
     pub picture: Option<[u32; 2]>,
+    /// Does its row have measures of the network as a graph?
+    #[serde(default)]
+    pub network: bool,
 }
 
 /// What a run leaves.
@@ -97,13 +102,14 @@ impl Job {
         self.whole(&found)
     }
 
-    /// A row with what was found: number, seed and point before it, the run's key after it.
+    /// A row with what was found: number, seed and point before it, the program's commit and the run's key after it.
     fn whole(&self, found: &Row) -> Row {
         let mut row = Row::default();
         row.set("run", self.number);
         row.set("seed", self.seed);
         row.extend(&self.point);
         row.extend(found);
+        row.set("commit", json!(crate::commit()));
         row.set("key", &*self.key);
         row
     }
@@ -131,6 +137,7 @@ impl Job {
         row.set("state_hash", format!("{:016x}", snapshot.hash()));
         let network = json!(Network::of(&snapshot, simulation.setup()));
         for name in [
+            "particles",
             "mean_trail",
             "covered",
             "on_network",
@@ -139,6 +146,13 @@ impl Job {
             "regions",
         ] {
             row.set(name, network[name].clone());
+        }
+        if self.network {
+            let poses = simulation.world_from_object();
+            let (_, measures) = network_of(&snapshot.trail, simulation.setup(), &poses);
+            for (name, value) in network_columns(&measures) {
+                row.set(&format!("graph_{name}"), value);
+            }
         }
         let info = ctx.info();
         let device = format!("{}, {} {}", info.name, info.driver, info.driver_version);

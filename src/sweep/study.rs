@@ -28,7 +28,7 @@ const MOST_RUNS: usize = 10_000_000;
 const STEPS: u64 = 400;
 
 const KEYS: &[&str] = &[
-    "scene", "steps", "seeds", "preset", "picture", "set", "grid", "sample", "point",
+    "scene", "steps", "seeds", "preset", "picture", "network", "set", "grid", "sample", "point",
 ];
 const SAMPLE_KEYS: &[&str] = &["count", "method", "seed", "ranges"];
 
@@ -50,6 +50,9 @@ pub struct Study {
     /// Width and height of the picture of each run, pixels; none without pictures. No result depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub picture: Option<[u32; 2]>,
+    /// Do rows have measures of the network as a graph?
+    #[serde(default)]
+    pub network: bool,
     /// The parameters of a grid, the slowest first; empty where the points are no grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<Axis>,
@@ -90,6 +93,7 @@ impl Study {
             point: point.clone(),
             seed,
             picture: self.picture,
+            network: self.network,
         };
         let fixed = json!({
             "scene": identity(&job(0, &Row::default(), 0).scene()?)?,
@@ -112,6 +116,10 @@ impl Study {
                 key["fields"] = json!([]);
                 if !files.is_empty() {
                     key["files"] = json!(files);
+                }
+                // Runs without it keep the names that they have.
+                if self.network {
+                    key["network"] = json!(true);
                 }
                 jobs.push(Job {
                     key: key_of(&key),
@@ -152,6 +160,7 @@ impl Text<'_> {
             settings: Row::default(),
             points: Vec::new(),
             picture: None,
+            network: false,
             axes: Vec::new(),
         };
         let mut ways = 0;
@@ -161,6 +170,7 @@ impl Text<'_> {
                 ("scene", DeValue::String(text)) => study.scene = beside(folder, text),
                 ("preset", DeValue::String(text)) => study.preset = Some(beside(folder, text)),
                 ("picture", DeValue::String(text)) => study.picture = Some(self.size(text, &at)?),
+                ("network", DeValue::Boolean(is_measured)) => study.network = *is_measured,
                 ("steps", DeValue::Integer(_)) => study.steps = self.whole(value)?,
                 ("seeds", DeValue::Integer(_)) => {
                     let count = self.whole(value)?;
@@ -191,6 +201,7 @@ impl Text<'_> {
                     let needed = match key {
                         "scene" | "preset" => "a text",
                         "picture" => "a text, such as \"240x240\"",
+                        "network" => "true or false",
                         "steps" => "a whole number",
                         "seeds" => "a whole number or a list of them",
                         "point" => "one or more [[point]]",
@@ -539,6 +550,22 @@ mod tests {
         assert!(list.axes.is_empty());
     }
 
+    /// Would catch: rows without measures of the graph that count as done, and folders that are refused because these are asked for.
+    #[test]
+    fn runs_with_measures_of_the_graph_are_others_of_the_same_study() {
+        let text = "scene = \"cube\"\n[grid]\n\"trail.decay\" = [0.9]\n";
+        let jobs = |text: &str| {
+            let study = read(text).expect("it is right");
+            study.jobs().expect("they are made")
+        };
+        let (fixed, plain) = jobs(text);
+        let (fixed_with, with) = jobs(&format!("network = true\n{text}"));
+        assert_eq!(fixed, fixed_with);
+        assert!(!plain[0].network && with[0].network);
+        assert_ne!(plain[0].key, with[0].key);
+        assert_eq!(jobs(&format!("network = false\n{text}")), (fixed, plain));
+    }
+
     /// Would catch: runs that count as done although a file that their point names has changed, and folders of points without files whose
     /// runs are done once more.
     #[test]
@@ -629,6 +656,7 @@ mod tests {
             ),
             ("picture = \"16385x1\"\n", "each side from 1 to 16384"),
             ("picture = \"large\"\n", "not \"large\""),
+            ("network = 1\n", ":1: `network` is true or false"),
             (
                 "seeds = []\n[grid]\na = [1]\n",
                 "a study has from 1 to 10000000 runs, not 0",

@@ -15,7 +15,15 @@ use crate::error::{Error, Result};
 
 /// The first and the last columns; between them are parameters and measures.
 const FIRST: &[&str] = &["run", "seed"];
-const LAST: &[&str] = &["step", "state_hash", "seconds", "device", "error", "key"];
+const LAST: &[&str] = &[
+    "step",
+    "state_hash",
+    "seconds",
+    "device",
+    "commit",
+    "error",
+    "key",
+];
 
 /// What the values of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

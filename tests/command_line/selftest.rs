@@ -134,6 +134,69 @@ fn a_kernel_that_calculates_otherwise_is_named() {
     }
 }
 
+/// Would catch: a scene file whose run is that of a built-in scene or of other settings, and one whose engines differ and that passes.
+#[test]
+fn a_scene_file_is_compared_between_the_engines() {
+    let folder = Folder::new();
+    let text_of_scene =
+        "[[object]]\nmesh = \"builtin:cube\"\n[particles]\ncount = 300\n[atlas]\nsize = 64\n";
+    let scene = folder.with("own.toml", text_of_scene);
+    let alone = ["selftest", "--scene", path(&scene)];
+    for engine in ["cpu", "gpu"] {
+        let message = failed(&[&alone[..], &["--engine", engine]].concat());
+        assert!(message.contains("omit --engine"), "{message}");
+    }
+    let table = folder.file("hashes.tsv");
+    let message = failed(&[&alone[..], &["--table", path(&table)]].concat());
+    assert!(message.contains("omit --scene"), "{message}");
+    let message = failed(&[&alone[..], &["--json", path(&scene)]].concat());
+    assert!(message.contains("is an input of this run"), "{message}");
+    let drawn =
+        "[[object]]\nmesh = \"builtin:torus\"\n[distance]\nmethod = \"raster\"\n[particles]";
+    let drawn = text_of_scene.replace("[particles]", drawn);
+    let drawn = folder.with("drawn.toml", drawn);
+    let message = failed(&["selftest", "--scene", path(&drawn)]);
+    assert!(message.contains("choose bvh or brute"), "{message}");
+    if no_device() {
+        return;
+    }
+    let file = folder.file("selftest.json");
+    let output = myxo(&[&alone[..], &["--json", path(&file)]].concat());
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    assert!(printed.contains(" equal, no reference"), "{printed}");
+    let report = json(&file);
+    let [run] = &report["runs"].as_array().expect("they are listed")[..] else {
+        panic!("it is one run: {report}");
+    };
+    assert_eq!(run["expected"], Value::Null);
+    assert_eq!(run["agrees"], true);
+    assert_eq!(run["device"], run["processor"]);
+    // Its state is that of any other run of it.
+    let ended = folder.file("report.json");
+    let picture = folder.file("picture.png");
+    let mut render = vec!["render", path(&scene), "--steps", "20", "--size", "32x32"];
+    render.extend(["--out", path(&picture), "--report", path(&ended)]);
+    assert_eq!(myxo(&render).status.code(), Some(0));
+    assert_eq!(json(&ended)["state_hash"], run["device"]);
+
+    let modules = Folder::new();
+    let built = concat!(env!("OUT_DIR"), "/diffuse.comp.spv");
+    modules.with("diffuse.comp.spv", subtracting(built));
+    let output = program()
+        .args(alone)
+        .env("MYXO_SPIRV", modules.path())
+        .env("MYXO_CARD_FORMS", "0")
+        .output()
+        .expect("the program starts");
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(
+        printed.contains(" DIFFERS, no reference") && printed.contains("diffuse"),
+        "{printed}"
+    );
+}
+
 /// Would catch: a painted run whose dabs are not compared one by one, so that the kernels of the step after them are blamed.
 #[test]
 fn a_brush_that_paints_otherwise_is_named() {

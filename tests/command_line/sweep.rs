@@ -92,6 +92,8 @@ fn a_study_is_one_table_by_processes_and_by_shards() {
     done(&alone);
     let report: Value = serde_json::from_slice(&fs::read(&report).unwrap()).unwrap();
     assert_eq!(report["state_hash"].as_str(), Some(&*row["state_hash"]));
+    let commit = report["commit"].as_str().unwrap_or_default();
+    assert_eq!((&*row["commit"], &*row["particles"]), (commit, "500"));
     let mut states: Vec<_> = rows.values().map(|row| &row["state_hash"]).collect();
     states.sort_unstable();
     states.dedup();
@@ -116,6 +118,48 @@ fn a_study_is_one_table_by_processes_and_by_shards() {
         ]);
     }
     assert_eq!(table(&parts), rows);
+}
+
+/// Catches measures of another graph than that of `myxo network`, and rows without them that count as done.
+#[test]
+fn a_study_has_measures_of_the_graph() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let [out, series] = ["out", "series.csv"].map(|name| folder.file(name));
+    let study = STUDY.replace("seeds = 2", "seeds = 1");
+    let plain = folder.with("plain.toml", &study);
+    done(&["sweep", path(&plain), "--out", path(&out)]);
+    let before = table(&out);
+    assert!(before.values().all(|row| !row.contains_key("graph_length")));
+    let study = folder.with("study.toml", format!("network = true\n{study}"));
+    let said = done(&["sweep", path(&study), "--out", path(&out)]);
+    assert!(said.contains("4 of 4 runs to do"), "{said}");
+    let mut network = vec!["network", "cube", "--steps", "5", "--seed", "0"];
+    network.extend(["--series", path(&series)]);
+    let sets = [
+        "particles.count=500",
+        "atlas.size=64",
+        "physarum.sensor_angle=15",
+        "trail.decay=0.9",
+    ];
+    sets.iter().for_each(|set| network.extend(["--set", set]));
+    done(&network);
+    let run = ("0".to_owned(), "0".to_owned());
+    let rows = table(&out);
+    let row = &rows[&run];
+    assert_eq!(row["state_hash"], before[&run]["state_hash"]);
+    let mut reader = csv::Reader::from_path(&series).expect("it was written");
+    let names = reader.headers().expect("it has names").clone();
+    let values = reader.records().next().expect("it has a row");
+    let values = values.expect("it is a row");
+    let measures: Vec<_> = names.iter().zip(&values).skip(1).collect();
+    assert_eq!(measures.len(), 16);
+    for (name, value) in measures {
+        assert_eq!(row[&format!("graph_{name}")], value, "{name}");
+    }
+    assert_eq!(row["graph_foods_reached"], "", "there is no food");
 }
 
 /// Catches rows that are lost when the sweep is killed, and a second sweep that writes into the same folder.

@@ -54,6 +54,22 @@ pub struct Between {
     pub cost: Option<f64>,
     /// The share of the length at which the network can be cut without parting foods that were connected, 0 to 1.
     pub tolerance: f64,
+    /// The distances of each pair of foods that it reaches, in the order of their numbers.
+    #[serde(default)]
+    pub pairs: Vec<Pair>,
+}
+
+/// Two foods, and how far they are from each other, scene radii.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pair {
+    /// The number of one of them.
+    pub a: usize,
+    /// The number of the other one, which is higher.
+    pub b: usize,
+    /// Their distance along the surface. None if no way along it leads from one to the other, as between objects.
+    pub surface: Option<f64>,
+    /// Their distance along the network. None if it does not connect them.
+    pub network: Option<f64>,
 }
 
 impl Graph {
@@ -150,6 +166,7 @@ impl Graph {
             return None;
         }
         let mut pairs = 0;
+        let mut each = Vec::new();
         let (mut distances, mut shares) = (Vec::new(), Vec::new());
         let mut complete: UnGraph<(), f64> = UnGraph::new_undirected();
         foods.iter().for_each(|_| _ = complete.add_node(()));
@@ -161,14 +178,22 @@ impl Graph {
                 if let Some(over) = over {
                     complete.add_edge(NodeIndex::new(i), NodeIndex::new(k), over);
                 }
-                if let Some(&along) = along.get(&NodeIndex::new(there)) {
-                    // Nodes lie beside foods, and two foods may have one: no way between foods is shorter than that over the surface.
-                    let along = along.max(over.unwrap_or_default());
+                // Nodes lie beside foods, and two foods may have one: no way between foods is shorter than that over the surface.
+                let along = along.get(&NodeIndex::new(there)).copied();
+                let along = along.map(|along| along.max(over.unwrap_or_default()));
+                each.push(Pair {
+                    a: food.min(other),
+                    b: food.max(other),
+                    surface: over,
+                    network: along,
+                });
+                if let Some(along) = along {
                     distances.push(along);
                     shares.extend(over.map(|over| if along > 0.0 { over / along } else { 1.0 }));
                 }
             }
         }
+        each.sort_unstable_by_key(|pair| (pair.a, pair.b));
         let mean = |values: &[f64]| values.iter().sum::<f64>() / (values.len() as f64).max(1.0);
         let tree: UnGraph<(), f64> = UnGraph::from_elements(min_spanning_tree(&complete));
         let whole = tree.edge_count() + 1 == foods.len();
@@ -205,6 +230,7 @@ impl Graph {
             } else {
                 0.0
             },
+            pairs: each,
         })
     }
 }
@@ -288,11 +314,30 @@ mod tests {
         let tree = 2.0_f64.sqrt() + 2.0;
         assert!((foods.cost.expect("there is a tree") - 6.0 / tree).abs() < 1e-12);
         assert!((foods.tolerance - 4.0 / 6.0).abs() < 1e-12);
+        // In the order of their numbers, which is not that of nodes.
+        let pair = |a, b, over, along| Pair {
+            a,
+            b,
+            surface: Some(over),
+            network: Some(along),
+        };
+        let pairs = [
+            pair(0, 1, 2.0, 2.0),
+            pair(0, 2, 2.0_f64.sqrt(), 2.0),
+            pair(1, 2, 2.0, 4.0),
+        ];
+        assert_eq!(foods.pairs, pairs);
         let apart = square_with_a_tail()
             .measures(|_, _| None)
             .foods
             .expect("there are three");
         assert_eq!((apart.efficiency, apart.cost), (None, None));
+        assert!(apart.pairs.iter().all(|pair| pair.surface.is_none()));
+        let mut cut = square_with_a_tail();
+        cut.edges.pop();
+        let foods = cut.measures(surface).foods.expect("there are three");
+        let along: Vec<_> = foods.pairs.iter().map(|pair| pair.network).collect();
+        assert_eq!(along, [None, Some(2.0), None]);
     }
 
     #[test]
