@@ -1,7 +1,7 @@
 // expose: finds the trail value that gets the brightest colour, and empties the histogram for the next picture.
 // Reads   histogram, brightest (the last picture's).
 // Writes  brightest, histogram (zeroed).
-// One invocation per picture: its 256 bins are too few to share out.
+// One invocation per picture: its 448 bins are too few to share out.
 // Overflow: cannot happen.
 #version 460
 #include "index.glsl"

@@ -1,7 +1,7 @@
 // land_settle: particles whose cell on the other object is taken, or was won by another one, stay on their object, with a random heading;
 // so do those that transfer_out has sent back.
-// Reads   flow, particles, bids.
-// Writes  transfers and motions of those that stay; flux, by atomic adds.
+// Reads   particles, bids.
+// Writes  transfers and motions of those that stay; flow and flux, by atomic adds.
 // One invocation per transfer.
 // Overflow: cannot happen; counters stop at the largest number.
 
@@ -29,7 +29,7 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) buffer Transfers { Transfer transfers[]; };
-layout(std430, set = 0, binding = 1) readonly buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 1) buffer FlowBlock { Flow flow[]; };
 PAGED_READS(uvec4, 2) particles;
 PAGED_CHANGES(uvec4, 3) motions;
 READS(uint, 4) bids_texels;
@@ -43,6 +43,8 @@ void main() {
     uint id = fetch_paged(particles, slot).w;
     bool comes = transfer.source != transfer.target;
     if (comes && texel_of(bids, transfer.cell) == LANDING + rank_of(id, params.salt)) return;
+    // It crosses nothing after all: one less, as adding the largest number does.
+    if (transfer.stays == 2u) atomicAdd(flow[0].crossed, MOST_COUNTED);
     transfers[i].stays = 1u;
     if (comes) {
         transfers[i].target = transfer.source;

@@ -17,7 +17,7 @@ layout(push_constant) uniform Params {
     float fade;      // share of the field that is taken away where the weight is 1
     float amount;    // what is added there
     float lowest;    // lower bound of the field
-    float highest;   // upper bound
+    float highest;   // upper bound, unless it was higher before
     float no_go;     // a field below this is no-go, which fading removes wholly
 } params;
 
@@ -42,7 +42,7 @@ void main() {
     precise float kept = before * (1.0 - params.fade * weight);
     bool is_freed = before < params.no_go && params.fade > 0.0;
     precise float value = (is_freed ? 0.0 : kept) + params.amount * weight;
-    value = within(value, params.lowest, params.highest);
+    value = within(value, params.lowest, max(before, params.highest));
     // Repeated erasing would give values so small that some devices flush them to zero.
     store_texel(field, texel, vec4(abs(value) < FAINTEST ? 0.0 : value))
 }

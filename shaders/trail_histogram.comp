@@ -1,8 +1,8 @@
-// trail_histogram: histogram of the trail's brightness, for the exposure of a picture.
+// trail_histogram: histogram of the trail's brightness by area, for the exposure of a picture.
 // Reads   trail, density.
 // Writes  histogram (atomically; the order does not show).
 // One invocation per sampled texel: every stride-th of the atlas.
-// Overflow: cannot happen; a bin can hold every texel.
+// Overflow: cannot happen; a bin can hold every sampled texel, each with the largest area that one counts.
 #version 460
 #include "index.glsl"
 #include "tables.glsl"
@@ -28,5 +28,6 @@ void main() {
     uint texel = i * params.stride;
     // Texels without a triangle, and gutter texels, have no density.
     if (texel_of(density, texel) == 0.0) return;
-    atomicAdd(histogram[bin_of(texel_of(trail, texel))], 1u);
+    uint area = area_of(texel_of(density, texel));
+    atomicAdd(histogram[bin_of(texel_of(trail, texel))], area);
 }

@@ -43,7 +43,7 @@ void main() {
         atomicAdd(borders[transfer.source].left, 1u);
         atomicAdd(borders[transfer.target].came, 1u);
     }
-    if (transfer.stays != 0u) return;
+    if (transfer.stays == 1u) return;
     int slot = int(transfer.particle);
     Motion motion = motion_of(load_paged(motions, slot));
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));

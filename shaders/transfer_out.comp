@@ -213,6 +213,6 @@ void main() {
     }
     if (crosses) count_one(flow[0].crossed)
     transfers[i] = Transfer(settled(flight.position), slot, settled(flight.heading), source, settled(flight.normal), target,
-        triangle, settled(left), 0u, 0u);
+        triangle, settled(left), crosses ? 2u : 0u, 0u);
     count_one(flux[source * params.object_count + target])
 }

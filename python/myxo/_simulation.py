@@ -164,7 +164,7 @@ class Simulation:
 
     @property
     def trail(self) -> NDArray[np.float32]:
-        """The trail, (texels, texels), in trail units from 0 to 1e6; a copy of the present state. It can be set, from the next step on."""
+        """The trail, (texels, texels), in trail units from 0 to 1e29; a copy of the present state. It can be set, from the next step on."""
         return self._engine.trail()
 
     @trail.setter
@@ -272,7 +272,7 @@ class Simulation:
 
     @property
     def state_hash(self) -> str:
-        """The hash of the whole state, 16 hexadecimal digits: equal on every device for the same scene, seed and step."""
+        """A hash of particles, trail, paint, food and pulses, 16 hexadecimal digits; equal on every device for one scene, seed and step."""
         return self._engine.state_hash()
 
     def validate(self) -> None:

@@ -361,12 +361,16 @@ def test_fields_can_be_set():
             ("trail", np.zeros((63, 64)), "(64, 64) is needed"),
             ("trail", np.full((64, 64), -1.0), "the trail is from 0"),
             ("trail", np.full((64, 64), np.nan), "the trail is from 0"),
+            ("trail", np.full((64, 64), 1e30), "the trail is from 0"),
             ("bias", np.full((64, 64), 1e7), "a bias is from"),
             ("second_look", np.full((64, 64), 1.5), "a weight is from 0 to 1"),
             ("trail", np.zeros(64), "(texels, texels) is needed"),
         ]:
             with pytest.raises(ValueError, match=re.escape(why)):
                 setattr(sim, name, values)
+        # More than a brush paints, as strong deposits make it.
+        other.trail = np.where(other.texel_area > 0, 3e6, 0.0)
+        assert (other.trail[other.texel_area > 0] == 3e6).all()
 
 
 def test_arrays_are_read_whatever_their_layout():

@@ -12,7 +12,8 @@ use crate::console;
 
 /// Compare the reports of two runs: states, settings and times
 ///
-/// Exits 0 where the state hashes are equal, 1 where they differ, 2 where a report cannot be read.
+/// Exits 0 where the state hashes are equal, 1 where they differ, 2 where a report cannot be read. The hashes are over particles, trail,
+/// paint, food and pulses, and not over the objects' poses and time.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:

@@ -84,6 +84,13 @@ impl Progress {
             return;
         }
         self.bar.inc(1);
+        log::debug!(
+            "{}: {} of {} {}",
+            self.what,
+            self.bar.position(),
+            self.bar.length().unwrap_or_default(),
+            self.unit
+        );
         if self.bar.is_hidden() && self.last_line.elapsed() >= LINE_EVERY {
             self.last_line = Instant::now();
             let (done, all) = (self.bar.position(), self.bar.length().unwrap_or_default());

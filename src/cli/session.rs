@@ -144,6 +144,9 @@ impl Session {
         if let Some(warning) = simulation.setup().atlas.warning() {
             console::message(&format!("{}: {warning}", escaped(&scene.name)));
         }
+        for warning in simulation.setup().diffusion_warnings(&scene.settings) {
+            console::message(&format!("{}: {warning}", escaped(&scene.name)));
+        }
         if let (Some(path), Some(checkpoint)) = (resume, checkpoint) {
             let changes = checkpoint
                 .check(&scene, simulation.setup())

@@ -9,7 +9,7 @@ use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::{BufferCore, Domain};
 use super::error::GpuResult;
 use super::kernel::{BindingAccess, Interface, Resource};
-use super::pages::{Extent, copy_bytes};
+use super::pages::copy_bytes;
 use super::part::{Alone, Kept, Part};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
@@ -45,6 +45,9 @@ impl Recorder {
 
     /// Records only the first dispatch of that kernel in `record`, in a scope of this name. Before the scope, the kernel's buffers
     /// are restored to their first contents.
+    ///
+    /// # Panics
+    /// If the dispatch writes other buffers than the one before which they were saved.
     pub fn record_alone(&mut self, alone: &Alone, scope: &str, record: impl FnOnce(&mut Self)) {
         self.part = Part::Only(alone.clone(), scope.to_owned());
         record(self);
@@ -83,8 +86,12 @@ impl Recorder {
             Part::Before(_) => true,
             Part::Only(alone, scope) if alone.0.kernel == name => {
                 let (alone, scope) = (alone.clone(), std::mem::take(scope));
+                assert!(
+                    alone.0.are_of(&written),
+                    "`{name}` writes other buffers than those whose contents were kept: keep them again"
+                );
                 for (original, kept, size) in &alone.0.buffers {
-                    self.copy_all(kept.core().extent(), original, *size);
+                    self.copy_all(kept.core(), original, *size);
                 }
                 self.begin_span(&scope, SpanKind::Scope);
                 self.part = Part::Within;
@@ -121,20 +128,31 @@ impl Recorder {
                 _ => Domain::Texels,
             };
             let kept = Buffer::new(self.ctx(), &name, words, domain)?;
-            self.copy_all(core.extent(), kept.core().extent(), size);
-            buffers.push((core.extent().clone(), kept, size));
+            self.copy_all(core, kept.core(), size);
+            buffers.push((core.shared(), kept, size));
         }
         let kernel = kernel.to_owned();
         Ok(Alone(Arc::new(Kept { kernel, buffers })))
     }
 
     /// Copies between full barriers, without the usual checks, so that a kernel that runs alone has its first buffers again.
-    fn copy_all(&self, from: &Extent, to: &Extent, size: u64) {
+    fn copy_all(&self, from: &BufferCore, to: &BufferCore, size: u64) {
+        from.assert_of(self.ctx());
+        to.assert_of(self.ctx());
         let all = vk::PipelineStageFlags::ALL_COMMANDS;
         self.full_barrier(all);
-        // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
-        // would have followed, and what was kept is dropped into the deletion queue. Both have this size.
-        unsafe { copy_bytes(self.device(), self.raw(), (from, 0), (to, 0), size) };
+        let (from, to) = ((from.extent(), 0), (to.extent(), 0));
+        // SAFETY: both are alive, and freed only after this frame. Both have this size.
+        unsafe { copy_bytes(self.device(), self.raw(), from, to, size) };
         self.full_barrier(all);
+    }
+}
+
+impl Kept {
+    /// Are these the buffers that were kept? Both are in the same order, in which empty ones have no place.
+    fn are_of(&self, written: &[&BufferCore]) -> bool {
+        let kept = self.buffers.iter().map(|(core, ..)| Arc::as_ptr(core));
+        let written = written.iter().filter(|core| core.size_in_bytes() > 0);
+        kept.eq(written.map(|core| std::ptr::from_ref(*core)))
     }
 }

@@ -148,7 +148,7 @@ impl Context {
     /// No memory, a device that was lost or does not answer.
     ///
     /// # Panics
-    /// If `data` is longer than the buffer, or a frame that uses it is still being recorded.
+    /// If `data` is longer than the buffer, a frame that uses it is still being recorded, or it belongs to another context.
     pub fn upload<T: Pod>(&self, buffer: &Buffer<T>, data: &[T]) -> GpuResult<()> {
         self.upload_at(buffer, 0, data)
     }
@@ -163,6 +163,7 @@ impl Context {
     pub fn upload_at<T: Pod>(&self, buffer: &Buffer<T>, start: usize, data: &[T]) -> GpuResult<()> {
         buffer.assert_fits(start, data.len());
         let core = buffer.core();
+        core.assert_of(self);
         core.assert_not_being_recorded();
         core.assert_not_read_by_host("upload");
         let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
@@ -196,7 +197,7 @@ impl Context {
     /// No memory, a device that was lost or does not answer.
     ///
     /// # Panics
-    /// If a frame that uses the buffer is still being recorded.
+    /// If a frame that uses the buffer is still being recorded, or it belongs to another context.
     pub fn download<T: Pod>(&self, buffer: &Buffer<T>) -> GpuResult<Vec<T>> {
         self.download_range(buffer, 0..buffer.len())
     }
@@ -215,6 +216,7 @@ impl Context {
     ) -> GpuResult<Vec<T>> {
         buffer.assert_has(&range);
         let core = buffer.core();
+        core.assert_of(self);
         core.assert_not_being_recorded();
         let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
         let mut data = vec![T::zeroed(); range.len()];
@@ -249,9 +251,10 @@ impl Context {
     /// A device that was lost or does not answer.
     ///
     /// # Panics
-    /// If a frame that uses the buffer is still being recorded.
+    /// If a frame that uses the buffer is still being recorded, or it belongs to another context.
     pub fn fill(&self, buffer: &dyn AnyBuffer, value: u32) -> GpuResult<()> {
         let core = buffer.core();
+        core.assert_of(self);
         core.assert_not_being_recorded();
         core.assert_not_read_by_host("fill");
         if core.size_in_bytes() == 0 {

@@ -67,15 +67,17 @@ impl Breadcrumbs {
 
     /// Number of works that the device has begun.
     pub(crate) fn begun(&self) -> usize {
-        let bytes = self
-            .allocation
-            .as_ref()
-            .and_then(Allocation::mapped_slice)
-            .unwrap_or_default();
-        bytes
-            .chunks_exact(4)
-            .take_while(|breadcrumb| **breadcrumb == BEGUN.to_ne_bytes())
-            .count()
+        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_ptr);
+        let Some(first) = mapped.map(|mapped| mapped.cast::<u32>()) else {
+            return 0;
+        };
+        let has_begun = |index: &usize| {
+            // SAFETY: the memory has this many words, and is aligned as a buffer. The device may be writing it, so there is no
+            // reference to it.
+            let word = unsafe { first.add(*index).read_volatile() };
+            word == BEGUN
+        };
+        (0..CAPACITY as usize).take_while(has_begun).count()
     }
 }
 

@@ -61,9 +61,8 @@ impl<T: Pod> Buffer<T> {
                 "elements have a multiple of 4 bytes"
             )
         };
-        let core = BufferCore::new(ctx, name, len, size_of::<T>() as u64, domain)?;
         Ok(Self {
-            core: Arc::new(core),
+            core: BufferCore::new(ctx, name, len, size_of::<T>() as u64, domain)?,
             element: PhantomData,
         })
     }
@@ -75,14 +74,8 @@ impl<T: Pod> Buffer<T> {
     #[must_use]
     pub fn as_slice(&self) -> Mapped<'_, T> {
         let core = &self.core;
-        core.assert_not_in_use("read");
-        {
-            let mut state = core.lock();
-            // The frames that used it were waited for, which orders them before all that follows.
-            state.history.clear();
-            state.readers += 1;
-        }
         let data = core.mapped("download").cast();
+        core.lock_for_host("read").readers += 1;
         // SAFETY: the memory holds `len` elements of plain data and lives as long as `self`. Nothing writes it: no frame
         // that uses the buffer is unfinished, recording one that writes it panics while `readers` counts this, and
         // writing on the host needs the buffer exclusively.
@@ -97,8 +90,7 @@ impl<T: Pod> Buffer<T> {
     #[must_use]
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         let core = &self.core;
-        core.assert_not_in_use("write");
-        core.forget_history();
+        core.lock_for_host("write").has_content = true;
         // SAFETY: as in `as_slice`; and there is no other reference to the buffer, since texel views are of device buffers only.
         unsafe { std::slice::from_raw_parts_mut(core.mapped("upload").cast(), self.len()) }
     }
@@ -180,12 +172,6 @@ impl<T: Pod> Buffer<T> {
             core: Arc::clone(core),
             element: PhantomData,
         }
-    }
-}
-
-impl<T> Buffer<T> {
-    pub(crate) fn shared(&self) -> Arc<BufferCore> {
-        Arc::clone(&self.core)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The part of a buffer without its element type: memory, name, and the history from which barriers follow.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, Weak};
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -40,6 +40,8 @@ impl Domain {
 /// The part of a [`Buffer`](super::Buffer) that does not depend on its element type.
 pub struct BufferCore {
     pub(super) ctx: Arc<Context>,
+    /// Itself, for whatever is to keep it alive.
+    own: Weak<Self>,
     pub(super) name: String,
     pub(super) domain: Domain,
     pub(super) size: u64,
@@ -53,11 +55,11 @@ pub struct BufferCore {
 
 #[derive(Default)]
 pub(super) struct Uses {
-    pub(super) history: History,
-    /// The last recording that uses the buffer.
-    ticket: u64,
+    history: History,
+    /// The recordings that use the buffer. Some of them may be over.
+    tickets: Vec<u64>,
     /// Something has been written.
-    has_content: bool,
+    pub(super) has_content: bool,
     /// Slices of it that the host holds.
     pub(super) readers: usize,
 }
@@ -69,7 +71,7 @@ impl BufferCore {
         len: usize,
         element_size: u64,
         domain: Domain,
-    ) -> GpuResult<Self> {
+    ) -> GpuResult<Arc<Self>> {
         let info = ctx.info();
         let too_large = |limit_name, limit: u64| GpuError::TooLarge {
             object: name.to_owned(),
@@ -126,6 +128,7 @@ impl BufferCore {
         let page = if in_pages { page_size(info) } else { u64::MAX };
         let mut core = Self {
             ctx: Arc::clone(ctx),
+            own: Weak::new(),
             name: name.to_owned(),
             domain,
             size,
@@ -147,7 +150,10 @@ impl BufferCore {
         if in_pages {
             core.addresses = Some(address_table(ctx, name, &core.extent)?);
         }
-        Ok(core)
+        Ok(Arc::new_cyclic(|own| {
+            core.own = Weak::clone(own);
+            core
+        }))
     }
 
     /// The name it was made with.
@@ -210,6 +216,22 @@ impl BufferCore {
         &self.ctx
     }
 
+    /// A share of it, which keeps it alive.
+    pub(crate) fn shared(&self) -> Arc<Self> {
+        self.own
+            .upgrade()
+            .expect("it is alive, because it is borrowed")
+    }
+
+    /// Panics unless it was made in this context.
+    pub(crate) fn assert_of(&self, ctx: &Context) {
+        assert!(
+            std::ptr::eq(Arc::as_ptr(&self.ctx), ctx),
+            "`{}` belongs to another context",
+            self.name
+        );
+    }
+
     /// Fits one storage-buffer binding? Those of [`Domain::Device`] always do.
     pub(crate) fn assert_bindable(&self) {
         self.whole();
@@ -263,11 +285,15 @@ impl BufferCore {
         at: u64,
         writes: bool,
     ) {
-        if writes {
-            self.assert_not_read_by_host(work);
-        }
         let mut state = self.lock();
-        state.ticket = ticket;
+        if writes {
+            self.assert_no_readers(&state, work);
+        }
+        if !state.tickets.contains(&ticket) {
+            let queue = &self.ctx.deletion_queue;
+            state.tickets.retain(|&earlier| queue.is_pending(earlier));
+            state.tickets.push(ticket);
+        }
         state.has_content |= writes;
         state.history.note(work, access, at, writes);
     }
@@ -285,15 +311,20 @@ impl BufferCore {
     }
 
     pub(crate) fn is_in_use(&self) -> bool {
-        let ticket = self.lock().ticket;
-        self.ctx.deletion_queue.is_pending(ticket)
+        self.is_used_by_any(&self.lock())
+    }
+
+    fn is_used_by_any(&self, state: &Uses) -> bool {
+        let queue = &self.ctx.deletion_queue;
+        (state.tickets.iter()).any(|&ticket| queue.is_pending(ticket))
     }
 
     /// Panics while a recording uses the buffer: a blocking copy would run before the recording, which is never meant.
     pub(crate) fn assert_not_being_recorded(&self) {
-        let ticket = self.lock().ticket;
+        let queue = &self.ctx.deletion_queue;
+        let state = self.lock();
         assert!(
-            !self.ctx.deletion_queue.is_open(ticket),
+            !state.tickets.iter().any(|&ticket| queue.is_open(ticket)),
             "`{}` is used by a frame that is still being recorded: submit the frame before an upload or a download",
             self.name
         );
@@ -309,20 +340,30 @@ impl BufferCore {
 
     /// A slice that the host holds must not change.
     pub(crate) fn assert_not_read_by_host(&self, writer: &str) {
-        let readers = self.lock().readers;
+        self.assert_no_readers(&self.lock(), writer);
+    }
+
+    fn assert_no_readers(&self, state: &Uses, writer: &str) {
         assert!(
-            readers == 0,
+            state.readers == 0,
             "`{writer}` writes `{}` while the host holds a slice of it: drop the slice that as_slice returned first",
             self.name
         );
     }
 
-    pub(super) fn assert_not_in_use(&self, what: &str) {
+    /// Locks it for the host. The frames that used it were waited for, which orders them before all that follows.
+    ///
+    /// # Panics
+    /// If a frame that uses it has not finished.
+    pub(super) fn lock_for_host(&self, what: &str) -> MutexGuard<'_, Uses> {
+        let mut state = self.lock();
         assert!(
-            !self.is_in_use(),
+            !self.is_used_by_any(&state),
             "the host cannot {what} `{}`: a frame that uses it has not finished; wait for it",
             self.name
         );
+        state.history.clear();
+        state
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, Uses> {

@@ -1,6 +1,8 @@
 //! An open device, which everything else in `gpu` needs.
 
+use std::collections::BTreeMap;
 use std::mem::ManuallyDrop;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -21,6 +23,9 @@ use super::instance::Instance;
 use super::options::ContextOptions;
 use super::pipelines::Pipelines;
 use super::staging::Staging;
+
+/// Once a wait has timed out, the device has so long to finish before its objects are freed. Else they stay.
+const LAST_WAIT: Duration = Duration::from_secs(10);
 
 /// A device, its queue, its memory, and its deletion queue.
 pub struct Context {
@@ -46,6 +51,8 @@ pub struct Context {
     pub(crate) submits: AtomicU64,
     /// The device is lost, or taken for lost: everything fails.
     is_lost: AtomicBool,
+    /// A wait has timed out: the device may never finish.
+    has_timed_out: AtomicBool,
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     pub(crate) pipelines: Pipelines,
@@ -53,9 +60,22 @@ pub struct Context {
     pub(crate) compiled: Mutex<Vec<Compiled>>,
     info: DeviceInfo,
     queue: Mutex<vk::Queue>,
-    /// Freed by `drop` before the device goes.
+    /// Freed by `drop` before the device goes, unless the device still works.
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
-    pub(crate) device: Device,
+    /// Freed by `drop` at last, unless it still works.
+    pub(crate) device: ManuallyDrop<Device>,
+}
+
+/// The queue, while no other thread can use it.
+#[must_use = "the queue is locked only while this is kept"]
+pub struct LockedQueue<'a>(MutexGuard<'a, vk::Queue>);
+
+impl Deref for LockedQueue<'_> {
+    type Target = vk::Queue;
+
+    fn deref(&self) -> &vk::Queue {
+        &self.0
+    }
 }
 
 /// While it is kept, the device may take longer.
@@ -97,7 +117,8 @@ impl Context {
     /// # Safety
     /// The conditions of [`BorrowedDevice`] on its handles must hold. The device must outlive the context and everything made
     /// on it. While others use the queue they must hold [`Context::queue`]; while [`Context::wait_idle`] runs or the
-    /// context is dropped, no other code may use any queue of the device.
+    /// context is dropped, no other code may use any queue of the device. If a wait has timed out and the device does not
+    /// finish, the context's objects stay on it.
     pub unsafe fn borrow(device: BorrowedDevice, options: &ContextOptions) -> GpuResult<Arc<Self>> {
         let queue = device.queue;
         let (device, mut info) = device.take()?;
@@ -165,6 +186,7 @@ impl Context {
             draws_debug: AtomicBool::new(false),
             submits: AtomicU64::new(0),
             is_lost: AtomicBool::new(false),
+            has_timed_out: AtomicBool::new(false),
             debug: Mutex::default(),
             pipeline_cache: PipelineCache::open(
                 &device.raw,
@@ -176,7 +198,7 @@ impl Context {
             info,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
-            device,
+            device: ManuallyDrop::new(device),
         }))
     }
 
@@ -259,17 +281,68 @@ impl Context {
     /// Waits for a fence, for as long as the context allows.
     pub(crate) fn wait_for(&self, fence: vk::Fence, what: &str) -> GpuResult<()> {
         let timeout = self.timeout();
-        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
-        // SAFETY: the fence is this device's.
-        let waited = unsafe { self.device.raw.wait_for_fences(&[fence], true, nanoseconds) };
+        let waited = self.wait_at_most(timeout, fence);
         match self.heard(self.is_there().and(waited)) {
-            Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
-                seconds: timeout.as_secs(),
-                last: format!("it was busy with {what}"),
-                kernel: None,
-            }),
+            Err(vk::Result::TIMEOUT) => {
+                self.has_timed_out.store(true, Ordering::Relaxed);
+                Err(GpuError::Timeout {
+                    seconds: timeout.as_secs(),
+                    last: format!("it was busy with {what}"),
+                    kernel: None,
+                })
+            }
             other => other.check("vkWaitForFences", what),
         }
+    }
+
+    fn wait_at_most(&self, timeout: Duration, fence: vk::Fence) -> Result<(), vk::Result> {
+        let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
+        // SAFETY: the fence is this device's.
+        unsafe { self.device.raw.wait_for_fences(&[fence], true, nanoseconds) }
+    }
+
+    /// A fence after all that was submitted to the queue so far. The deletion queue frees it.
+    fn fence_after_all(&self, queue: &LockedQueue<'_>) -> Result<vk::Fence, vk::Result> {
+        let device = &self.device.raw;
+        // SAFETY: the device is alive.
+        let fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }?;
+        // SAFETY: the queue is locked, and the fence was made just now.
+        if let Err(error) = unsafe { device.queue_submit(**queue, &[], fence) } {
+            // SAFETY: nothing uses it.
+            unsafe { device.destroy_fence(fence, None) };
+            return Err(error);
+        }
+        let ticket = self.deletion_queue.begin();
+        self.deletion_queue.submitted(ticket);
+        self.deletion_queue.watch(ticket, fence);
+        self.deletion_queue.add(Deletion::Frame {
+            pool: vk::CommandPool::null(),
+            queries: vk::QueryPool::null(),
+            fence,
+        });
+        Ok(fence)
+    }
+
+    /// Waits until the device has nothing to do, before something is freed at once that it may use. False if it still works, long after
+    /// a wait has timed out: then that must stay, and so must the context.
+    pub(crate) fn finishes(&self) -> bool {
+        let queue = self.queue();
+        if self.has_timed_out.load(Ordering::Relaxed) {
+            let fence = self.fence_after_all(&queue);
+            let waited = fence.and_then(|fence| self.wait_at_most(LAST_WAIT, fence));
+            if waited == Err(vk::Result::TIMEOUT) {
+                log::error!(
+                    "{} still works after {} s more: its memory is not freed",
+                    self.info.name,
+                    LAST_WAIT.as_secs()
+                );
+                return false;
+            }
+        }
+        // An error means that the device is lost, and then it uses nothing either.
+        // SAFETY: the queue is locked, so no other thread submits meanwhile.
+        let _ = unsafe { self.device.raw.device_wait_idle() };
+        true
     }
 
     /// Destroys the device. Returns the messages of the validation layer that were not taken yet.
@@ -286,9 +359,13 @@ impl Context {
     /// Waits until the device has nothing to do.
     ///
     /// # Errors
-    /// The device was lost.
+    /// The device was lost, or did not finish in time.
     pub fn wait_idle(&self) -> GpuResult<()> {
-        let _queue = self.queue();
+        let queue = self.queue();
+        let fence = self.heard(self.fence_after_all(&queue));
+        let fence = fence.check("vkQueueSubmit", &self.info.name)?;
+        self.wait_for(fence, "what was submitted before")?;
+        // Little is left to wait for: a window's pictures are in no fence.
         // SAFETY: the queue is locked, so no other thread submits meanwhile.
         let waited = unsafe { self.device.raw.device_wait_idle() };
         self.heard(self.is_there().and(waited))
@@ -326,14 +403,23 @@ impl Context {
     }
 
     /// The queue, locked: a queue is used by one thread at a time.
-    pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
-        self.queue.lock().unwrap_or_else(|e| e.into_inner())
+    pub fn queue(&self) -> LockedQueue<'_> {
+        LockedQueue(self.queue.lock().unwrap_or_else(|e| e.into_inner()))
     }
 
-    /// The memory allocator, shared with crates that draw by themselves.
-    #[must_use]
-    pub fn allocator(&self) -> Arc<Mutex<Allocator>> {
+    /// The memory allocator, for the painter of the interface. What shares it must be gone before the context is.
+    pub(crate) fn allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
+    }
+
+    /// Bytes of memory that objects of the device take now, by their names.
+    #[must_use]
+    pub fn allocated(&self) -> BTreeMap<String, u64> {
+        let mut allocated = BTreeMap::new();
+        for allocation in self.lock_allocator().generate_report().allocations {
+            *allocated.entry(allocation.name).or_default() += allocation.size;
+        }
+        allocated
     }
 
     /// Every recording so far.
@@ -403,9 +489,9 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // An error means that the device is lost, and then it uses nothing either.
-        // SAFETY: this is the last reference to the context, so no other thread submits meanwhile.
-        let _ = unsafe { self.device.raw.device_wait_idle() };
+        if !self.finishes() {
+            return;
+        }
         let staging = std::mem::take(&mut *self.staging.lock().unwrap_or_else(|e| e.into_inner()));
         for deletion in staging.deletions() {
             self.destroy(deletion);
@@ -417,8 +503,11 @@ impl Drop for Context {
         for deletion in self.deletion_queue.take_all() {
             self.destroy(deletion);
         }
-        // SAFETY: dropped once, here, before `device`.
-        unsafe { ManuallyDrop::drop(&mut self.allocator) };
+        // SAFETY: each is dropped once, here, the device last, and nothing uses them after that.
+        unsafe {
+            ManuallyDrop::drop(&mut self.allocator);
+            ManuallyDrop::drop(&mut self.device);
+        }
     }
 }
 

@@ -12,8 +12,8 @@ impl Recorder {
     /// Runs a kernel with at least `threads` invocations; none records nothing.
     ///
     /// # Panics
-    /// If one buffer is bound twice and written; with checks on, if a buffer has fewer elements than the invocations need, for buffers
-    /// whose shader declares that.
+    /// If a buffer has fewer elements than the invocations need, for buffers whose shader declares that; with checks on, if one buffer is
+    /// bound twice and written.
     pub fn dispatch<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -27,7 +27,7 @@ impl Recorder {
         if !self.admits::<K>(pipeline.core().name, &args) {
             return;
         }
-        self.check_lengths::<K>(pipeline.core().name, threads, &args);
+        Self::check_lengths::<K>(pipeline.core().name, threads, &args);
         self.bind::<K>(pipeline.core(), Access::Kernel, None, &args, &params);
         self.work(pipeline.core().name, SpanKind::Kernel, |rec| {
             for (i, part) in rec.parts_of(pipeline.core().name, [x, y]).enumerate() {
@@ -46,10 +46,7 @@ impl Recorder {
     }
 
     /// Is every buffer long enough, if the shader declares what each invocation needs?
-    fn check_lengths<K: Kernel>(&self, name: &str, threads: Threads, args: &K::Args<'_>) {
-        if !self.ctx().hazard_check {
-            return;
-        }
+    fn check_lengths<K: Kernel>(name: &str, threads: Threads, args: &K::Args<'_>) {
         let bound = K::resources(args).into_iter().zip(K::BINDINGS);
         for (resource, binding) in bound.filter(|(_, binding)| binding.each > 0) {
             let Some(core) = resource.core() else {

@@ -135,7 +135,7 @@ impl Frames {
     ///
     /// # Panics
     /// As [`Frames::submit`].
-    pub fn submit_with(
+    pub(crate) fn submit_with(
         &mut self,
         mut recorder: Recorder,
         wait: &[(vk::Semaphore, vk::PipelineStageFlags)],

@@ -347,6 +347,15 @@ impl Image {
         &self.ctx
     }
 
+    /// Panics unless it was made in this context.
+    pub(crate) fn assert_of(&self, ctx: &Context) {
+        assert!(
+            std::ptr::eq(Arc::as_ptr(&self.ctx), ctx),
+            "`{}` belongs to another context",
+            self.name
+        );
+    }
+
     pub(crate) fn range(&self) -> vk::ImageSubresourceRange {
         let aspect = if self.format.is_depth() {
             vk::ImageAspectFlags::DEPTH

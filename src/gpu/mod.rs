@@ -78,7 +78,7 @@ pub use buffer_core::{BufferCore, Domain};
 pub use cache::default_cache_folder;
 pub use clock::Calibration;
 pub use compiled::{Compiled, Statistic};
-pub use context::{Context, Patience, devices};
+pub use context::{Context, LockedQueue, Patience, devices};
 pub use debug::{DebugEntries, DebugEntry, DebugValue};
 pub(crate) use draws::no_rendering;
 pub use draws::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};

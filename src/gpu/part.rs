@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::buffer::Buffer;
+use super::buffer_core::BufferCore;
 use super::error::GpuResult;
-use super::pages::Extent;
 
 /// A kernel that is to run alone, and the first contents of the buffers that it writes.
 #[derive(Clone)]
@@ -14,7 +14,7 @@ pub struct Alone(pub(super) Arc<Kept>);
 pub(super) struct Kept {
     pub(super) kernel: String,
     /// Each buffer that the kernel writes, its first content, and its size in bytes.
-    pub(super) buffers: Vec<(Extent, Buffer<u32>, u64)>,
+    pub(super) buffers: Vec<(Arc<BufferCore>, Buffer<u32>, u64)>,
 }
 
 /// The part of the work that is really recorded.

@@ -3,7 +3,6 @@
 //! A pass transitions its images to the right layout. Other buffers that its draws read, and that were written since the last pass, must be
 //! named by [`Recorder::make_visible`] before it begins: to [`Access::Vertex`] for shaders, to [`Access::Index`] for indices.
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use ash::{khr, vk};
@@ -104,7 +103,11 @@ impl Recorder {
     }
 
     /// Brings an image from its last state to `next`; its pixels may be lost unless `keep`.
+    ///
+    /// # Panics
+    /// If it belongs to another context.
     pub(crate) fn transition(&mut self, image: &Image, next: ImageState, keep: bool) {
+        image.assert_of(self.ctx());
         let (last, transition) = image.exchange_state(next, self.slices.count);
         self.transitions.push(transition);
         let barrier = vk::ImageMemoryBarrier::default()
@@ -292,11 +295,7 @@ impl PassRecorder<'_> {
         params: D::Params,
     ) {
         let core = indices.core();
-        assert!(
-            Arc::ptr_eq(core.ctx(), self.rec.ctx()),
-            "`{}` belongs to another context",
-            core.name()
-        );
+        core.assert_of(self.rec.ctx());
         let is_empty = indices.is_empty();
         let count = indices.len() as u32;
         let more = Some((core, Access::Index));
@@ -354,7 +353,7 @@ impl PassRecorder<'_> {
 
 impl Targets<'_> {
     /// Panics unless the images fit each other and belong to this context.
-    fn assert_fitting(&self, ctx: &Arc<Context>) {
+    fn assert_fitting(&self, ctx: &Context) {
         let color = self.color;
         for other in self.resolve.iter().chain(&self.depth) {
             assert!(
@@ -365,11 +364,7 @@ impl Targets<'_> {
             );
         }
         for image in self.resolve.iter().chain(&self.depth).chain([&color]) {
-            assert!(
-                Arc::ptr_eq(image.ctx(), ctx),
-                "`{}` belongs to another context",
-                image.name()
-            );
+            image.assert_of(ctx);
         }
         let samples = self.depth.map_or(color.samples(), Image::samples);
         assert!(

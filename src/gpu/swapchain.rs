@@ -4,6 +4,7 @@
 //! minimised window, a size that changes at this moment) the frame is skipped.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
@@ -25,6 +26,8 @@ pub struct Swapchain {
     loader: khr::swapchain::Device,
     raw: vk::SwapchainKHR,
     images: Vec<Image>,
+    /// The number of the images: those of each window, and those made later, have another one.
+    generation: u64,
     /// Signalled when an image may be drawn into, used in turns.
     acquired: Vec<Semaphore>,
     turn: usize,
@@ -46,29 +49,35 @@ pub struct Swapchain {
 pub struct WindowImage {
     index: usize,
     acquired: vk::Semaphore,
+    /// That of the images that it is one of.
+    generation: u64,
 }
 
 impl Swapchain {
     /// Opens the window's images; the context must have been made with its display. `size` is the window's in pixels.
     /// With `vsync` a picture is shown at the display's pace, otherwise the newest is, where the device can.
     ///
-    /// The window must outlive the swapchain.
-    ///
     /// # Errors
     /// The device cannot show pictures in this window.
-    pub fn new(
+    ///
+    /// # Safety
+    /// The handles must be valid, and the window must be of the display. Both must live until the context is dropped, which may be the
+    /// last to use them.
+    pub unsafe fn new(
         ctx: &Arc<Context>,
         display: RawDisplayHandle,
         window: RawWindowHandle,
         size: [u32; 2],
         vsync: bool,
     ) -> GpuResult<Self> {
-        let surface = Surface::new(ctx, display, window)?;
+        // SAFETY: the caller's.
+        let surface = unsafe { Surface::new(ctx, display, window) }?;
         let mut swapchain = Self {
             ctx: Arc::clone(ctx),
             loader: khr::swapchain::Device::new(ctx.raw_instance(), ctx.raw_device()),
             raw: vk::SwapchainKHR::null(),
             images: Vec::new(),
+            generation: next_generation(),
             acquired: Vec::new(),
             turn: 0,
             drawn: Vec::new(),
@@ -128,6 +137,7 @@ impl Swapchain {
                     return Ok(Some(WindowImage {
                         index: index as usize,
                         acquired: semaphore,
+                        generation: self.generation,
                     }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
@@ -143,8 +153,15 @@ impl Swapchain {
     }
 
     /// The image to draw into. Its pixels are undefined until a pass clears it or a picture is copied to it.
+    ///
+    /// # Panics
+    /// If the window's images were made again since it was acquired, or it is of another window.
     #[must_use]
     pub fn image(&self, image: &WindowImage) -> &Image {
+        assert!(
+            image.generation == self.generation,
+            "the window's images were made again since this one was acquired, or it is of another window"
+        );
         &self.images[image.index]
     }
 
@@ -157,13 +174,16 @@ impl Swapchain {
     ///
     /// # Errors
     /// The device was lost, or the window can no longer be drawn into.
+    ///
+    /// # Panics
+    /// As [`Swapchain::image`].
     pub fn present(
         &mut self,
         frames: &mut Frames,
         mut rec: Recorder,
         image: WindowImage,
     ) -> GpuResult<()> {
-        rec.transition(&self.images[image.index], ImageState::SHOWN, true);
+        rec.transition(self.image(&image), ImageState::SHOWN, true);
         let drawn = [self.drawn[image.index].raw];
         // Whatever first touches the image waits: a pass, or a copy.
         let stages =
@@ -289,6 +309,7 @@ impl Swapchain {
     /// Gives up the images.
     fn retire(&mut self) {
         self.images.clear();
+        self.generation = next_generation();
         self.drawn.clear();
         // An acquired image that was never presented leaves its semaphore signalled: begin with fresh ones.
         self.acquired.clear();
@@ -306,6 +327,12 @@ impl Drop for Swapchain {
     fn drop(&mut self) {
         self.retire();
     }
+}
+
+/// A number that no images have had.
+fn next_generation() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 struct Semaphore {

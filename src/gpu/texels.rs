@@ -88,7 +88,7 @@ impl<S: TexelScalar> Texels<S> {
         components: usize,
         part: std::ops::Range<u64>,
     ) -> GpuResult<Self> {
-        let core = buffer.shared();
+        let core = buffer.core().shared();
         let format = S::FORMATS
             .iter()
             .find(|(n, _)| *n == components)

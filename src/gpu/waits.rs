@@ -78,8 +78,11 @@ impl Recorder {
     /// Records the barrier that a work needs, if it needs one, and notes what it uses.
     ///
     /// # Panics
-    /// If it would be needed within a pass.
+    /// If it would be needed within a pass, or a buffer belongs to another context.
     pub(crate) fn touch(&mut self, work: &'static str, touches: &[Touch<'_>]) {
+        for touch in touches {
+            touch.core.assert_of(self.ctx());
+        }
         self.wait_before(work, touches, self.separates && self.has_work);
         self.has_work = true;
         let at = self.ctx().recordings().count();

@@ -28,7 +28,11 @@ pub(crate) struct SurfaceOffer {
 }
 
 impl Surface {
-    pub(crate) fn new(
+    /// The surface of a window.
+    ///
+    /// # Safety
+    /// As for [`Swapchain::new`](super::Swapchain::new).
+    pub(crate) unsafe fn new(
         ctx: &Arc<Context>,
         display: RawDisplayHandle,
         window: RawWindowHandle,
@@ -118,7 +122,7 @@ impl Surface {
     }
 
     fn create(&mut self) -> GpuResult<()> {
-        // SAFETY: the swapchain's owner keeps the window alive as long as the swapchain.
+        // SAFETY: the caller of `new` keeps window and display alive as long as the context.
         let made = unsafe {
             ash_window::create_surface(
                 self.ctx.entry(),

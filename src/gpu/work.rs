@@ -190,14 +190,13 @@ impl Recorder {
     fn check_arguments<I: Interface>(&self, pipeline: &PipelineCore, resources: &[Resource<'_>]) {
         let name = pipeline.name;
         for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
+            if let Resource::Sampled(sampled) = resource {
+                sampled.image().assert_of(self.ctx());
+            }
             let Some(core) = resource.core() else {
                 continue;
             };
-            assert!(
-                Arc::ptr_eq(core.ctx(), self.ctx()),
-                "`{}` belongs to another context",
-                core.name()
-            );
+            core.assert_of(self.ctx());
             match (resource, pipeline.bound_as(binding)) {
                 _ if pipeline.reaches_pages(binding) => {}
                 (Resource::Buffer(_), _) | (Resource::Texels(_), BindingKind::Storage) => {

@@ -49,6 +49,15 @@ impl Ahead {
             job.cancel();
         }
     }
+
+    /// Waits for what is being made, which has the device.
+    pub fn close(&mut self) {
+        if let Some((_, mut job)) = self.making.take() {
+            job.cancel();
+            // The result is not wanted any more.
+            drop(job.wait());
+        }
+    }
 }
 
 #[cfg(test)]

@@ -247,11 +247,7 @@ fn draw_ms(spans: &[Span]) -> Option<f64> {
 
 /// Bytes of device memory in use by this program.
 fn memory(ctx: &Context) -> u64 {
-    let allocator = ctx.allocator();
-    let allocator = allocator
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
-    allocator.generate_report().total_allocated_bytes
+    ctx.allocated().values().sum()
 }
 
 #[cfg(test)]

@@ -41,9 +41,22 @@ pub fn scene(name: &str, set: &[&str]) -> Scene {
     Scene::load(Path::new(name), &overrides).unwrap()
 }
 
-/// A scene on the device, with these keys set.
+/// Keys that give scenes of fine meshes coarse ones of the same shapes, which are laid out in a moment.
+fn coarse(name: &str) -> &'static [&'static str] {
+    const RING: &str = "object.0.mesh=builtin:torus?tube=0.36&major=36&minor=24";
+    const BALL: &str = "object.1.mesh=builtin:icosphere?subdivisions=3";
+    const BEAM: &str = "object.2.mesh=builtin:capsule?length=2.67&segments=24&rings=6";
+    match name {
+        "trio" => &[RING, BALL, BEAM],
+        "oats" => &[RING, BALL],
+        "pair" => &["object.0.mesh=builtin:torus?major=36&minor=24", BALL],
+        _ => &[],
+    }
+}
+
+/// A scene on the device, with coarse meshes and these keys set.
 pub fn stage(ctx: &Arc<Context>, name: &str, set: &[&str]) -> Stage {
-    let scene = scene(name, set);
+    let scene = scene(name, &[coarse(name), set].concat());
     let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
     let prepared = Prepared::for_quick(&setup);
     let loaded = Loaded {

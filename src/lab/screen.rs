@@ -29,7 +29,7 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Opens a device for a window, which must outlive it.
+    /// Opens a device for a window, which must outlive it: the lab drops its host last, after it has closed.
     pub fn open(host: &Host, options: &LabOptions) -> Result<Self> {
         let handles = host.handles()?;
         let ctx = Context::new(&ContextOptions {
@@ -42,7 +42,10 @@ impl Screen {
         let size = host.size();
         let front = match handles {
             Some((display, window)) => {
-                let swapchain = Swapchain::new(&ctx, display, window, size, true)?;
+                // SAFETY: the handles are of one window, which lives as long as the host, and its display longer. The lab drops the
+                // host after all that has the device, and waits for the threads that have it; after a loss it does so for a while,
+                // and then the program ends.
+                let swapchain = unsafe { Swapchain::new(&ctx, display, window, size, true) }?;
                 Front::Window(Box::new(swapchain))
             }
             None => Front::Unseen(Unseen::new(&ctx, size)),

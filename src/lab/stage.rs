@@ -179,6 +179,7 @@ impl Stage {
             resumed,
             remarks: oddities(&scene)
                 .chain(warnings.into_iter().flatten())
+                .chain(simulation.setup().diffusion_warnings(&scene.settings))
                 .collect(),
             renderer: Renderer::from_prepared(ctx, simulation.setup(), &prepared, format)?,
             scales: Vec::new(),

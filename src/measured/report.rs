@@ -54,7 +54,7 @@ pub struct Report {
     pub atlas_size: u32,
     /// Triangles of all objects together.
     pub triangles: u64,
-    /// The hash of the whole state, as 16 hexadecimal digits; empty in reports of a window.
+    /// The hash of particles, trail, paint, food and pulses, as 16 hexadecimal digits; empty in reports of a window.
     pub state_hash: String,
     /// Does the run end in this hash on every device? `true` where the device calculates by IEEE 754, distances are not drawn
     /// (`distance.method = "raster"`), and the run does not continue a state of other arithmetic. `null` if that was not tested: by

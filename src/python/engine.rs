@@ -581,7 +581,7 @@ impl Field {
     /// Is this a possible value?
     fn allows(self, value: f32) -> bool {
         match self {
-            Self::Trail => (0.0..=GREATEST).contains(&value),
+            Self::Trail => (0.0..=Snapshot::MOST_TRAIL).contains(&value),
             Self::Bias => (-GREATEST..=GREATEST).contains(&value) || value == NO_GO,
             Self::SecondLook => (0.0..=1.0).contains(&value),
         }
@@ -590,7 +590,7 @@ impl Field {
     /// Its possible values.
     fn range(self) -> &'static str {
         match self {
-            Self::Trail => "the trail is from 0 to 1e6",
+            Self::Trail => "the trail is from 0 to 1e29",
             Self::Bias => "a bias is from -1e6 to 1e6, or NO_GO",
             Self::SecondLook => "a weight is from 0 to 1",
         }

@@ -2,10 +2,14 @@
 //!
 //! This file has the CPU twins of its two kernels; [`super::renderer`] records them.
 
-/// Bins of the histogram: eight for each doubling, from 2^-16 to 2^16.
-pub const BIN_COUNT: u32 = 256;
+/// Bins of the histogram: eight for each doubling, from 2^-16 to 2^40.
+pub const BIN_COUNT: u32 = 448;
 const BIN_SHIFT: u32 = 20;
 const FIRST_BIN_BITS: u32 = (127 - 16) << 3;
+
+/// A texel of mean area counts as so many, and none as more than the latter: sums of all samples stay below 2^31.
+const MEAN_AREA: f32 = 256.0;
+const MOST_AREA: f32 = 16_384.0;
 
 /// About how many texels are sampled, whatever the size of the atlas.
 const SAMPLES: u32 = 65_536;
@@ -70,6 +74,11 @@ fn bin_edge(bin: u32) -> f32 {
     f32::from_bits((FIRST_BIN_BITS + bin) << BIN_SHIFT)
 }
 
+/// What a texel of this density counts, by the area of the surface that it covers. Twin of `area_of` in `exposure.glsl`.
+fn area_of(density: f32) -> u32 {
+    (MEAN_AREA / density + 0.5).clamp(1.0, MOST_AREA) as u32
+}
+
 /// Twin of `shaders/trail_histogram.comp`.
 pub fn trail_histogram(
     sample_count: u32,
@@ -83,7 +92,7 @@ pub fn trail_histogram(
         if density[texel] == 0.0 {
             continue;
         }
-        histogram[bin_of(trail[texel]) as usize] += 1;
+        histogram[bin_of(trail[texel]) as usize] += area_of(density[texel]);
     }
 }
 
@@ -157,8 +166,9 @@ mod tests {
             (0.0, 0),
             (-1.0, 0),
             (1e-30, 0),
-            (1e30, 255),
-            (f32::INFINITY, 255),
+            (1e6, 287),
+            (1e30, BIN_COUNT - 1),
+            (f32::INFINITY, BIN_COUNT - 1),
         ] {
             assert_eq!(bin_of(value), bin, "{value}");
         }
@@ -166,13 +176,33 @@ mod tests {
 
     #[test]
     fn an_even_trail_is_exposed_for_its_value() {
-        for value in [0.01, 1.0, 9.5, 300.0] {
+        for value in [0.01, 1.0, 9.5, 300.0, 1e6, 1e11] {
             let brightest = exposed(&vec![value; 1000], 0.08);
             assert!(
                 (brightest / value - 1.0).abs() < 0.13,
                 "{value} is exposed for {brightest}"
             );
         }
+    }
+
+    /// Would catch: fine texels that count as much as coarse ones, so that an object with many of them sets the exposure.
+    #[test]
+    fn texels_count_by_their_area() {
+        // As much surface in each half, of which the second has sixteen times as many texels.
+        let (trail, density): (Vec<f32>, Vec<f32>) = (0..1700)
+            .map(|i| if i < 100 { (8.0, 0.5) } else { (1.0, 8.0) })
+            .unzip();
+        let mut histogram = vec![0; BIN_COUNT as usize];
+        trail_histogram(1700, 1, &trail, &density, &mut histogram);
+        let bins = [8.0, 1.0].map(|value| histogram[bin_of(value) as usize]);
+        assert_eq!(bins, [51_200; 2]);
+        for (density, area) in [(1.0, 256), (1e9, 1), (1e-9, 16_384)] {
+            assert_eq!(area_of(density), area);
+        }
+        // The most samples.
+        let most = (1..1 << 20).map(|count: u32| count.div_ceil(stride(count)));
+        let most = u64::from(most.max().unwrap_or(0));
+        assert!(most * (MOST_AREA as u64) < 1 << 31, "{most}");
     }
 
     #[test]

@@ -102,7 +102,8 @@ impl Gui {
         let Some(renderer) = &mut self.renderer else {
             return Ok(());
         };
-        if !delta.free.is_empty()
+        // The renderer waits as well, but without limit.
+        if !delta.is_empty()
             && let Err(error) = self.ctx.wait_idle()
         {
             // The textures are lost with the device; egui would report dropped changes as a mistake.
@@ -152,7 +153,10 @@ impl Gui {
 impl Drop for Gui {
     fn drop(&mut self) {
         // egui's renderer frees its objects at once; the device must have finished with them.
-        let _ = self.ctx.wait_idle();
+        if !self.ctx.finishes() {
+            std::mem::forget((self.renderer.take(), Arc::clone(&self.ctx)));
+            return;
+        }
         self.renderer = None;
         // SAFETY: nothing uses the pool any more.
         unsafe { self.ctx.raw_device().destroy_command_pool(self.pool, None) };

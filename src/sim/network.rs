@@ -34,7 +34,8 @@ pub struct Network {
     pub covered: f64,
     /// Share of the particles that are on the network, 0 to 1.
     pub on_network: f64,
-    /// Half of the network's outline, scene radii: for thin lines, their length.
+    /// Half of the network's outline, scene radii: for thin lines, their length. An open border is no outline, so that a line along one
+    /// counts half.
     pub length: f64,
     /// Connected components of the network.
     pub pieces: u32,

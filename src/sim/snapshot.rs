@@ -169,8 +169,9 @@ impl Snapshot {
         }
     }
 
-    /// A hash of everything that living particles carry and of the trail's bits. The order of particles has no effect, so two runs with
-    /// particles in different slots compare equal.
+    /// A hash of the number of steps, everything that living particles carry, the trail's bits, paint (the bias and the weights of the
+    /// second look), the remaining food and live pulses; not of poses, of the objects' time, of the last step's deposits or of counters.
+    /// The order of particles has no effect, so two runs with particles in different slots compare equal.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let particles = self

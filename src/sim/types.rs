@@ -225,7 +225,8 @@ pub struct Transfer {
     pub triangle: u32,
     /// World length that it could not walk on the target because its attempts ran out; pending once it has landed.
     pub rest: f32,
-    /// With one particle a cell: 1 if it stays on its object, because its place on the target is taken.
+    /// 2 if it continues from a crossing with the target, otherwise 0; with one particle a cell 1 if it stays on its object, because its
+    /// place on the target is taken.
     pub stays: u32,
     /// With one particle a cell: the cell that it lands on.
     pub cell: u32,

@@ -414,7 +414,7 @@ fn wrong_folders_and_settings_are_refused_before_the_work() {
     assert!(message.contains("abacus"), "{message}");
 }
 
-/// After Ctrl-C the exit code says so, and the results so far are written. Takes long: it waits for some results before it interrupts.
+/// After Ctrl-C the exit code says so, and the results so far are written.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_suite_keeps_what_it_has() {
@@ -431,11 +431,12 @@ fn an_interrupted_suite_keeps_what_it_has() {
             "--set=atlas.size=64",
             "--runs=1000",
         ])
+        .env("RUST_LOG", "myxo=debug")
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // The program prints how many cases it has measured. After the first one there is something to keep.
+    // The program logs how many cases it has measured. After the first one there is something to keep.
     let messages = BufReader::new(child.stderr.take().expect("it is piped"));
     let mut messages = messages.lines().map(|line| line.expect("it is text"));
     assert!(

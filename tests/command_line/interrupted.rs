@@ -136,6 +136,8 @@ struct Trials {
     seed: u32,
     /// Random numbers so far.
     drawn: u32,
+    /// Runs that were still going when their moment came.
+    caught: u32,
 }
 
 impl Trials {
@@ -160,6 +162,7 @@ impl Trials {
             length: Duration::MAX,
             seed: seed.parse().expect("MYXO_SEED is a number"),
             drawn: 0,
+            caught: 0,
         };
         // The second time caches are warm, as in the trials.
         for _ in 0..2 {
@@ -325,6 +328,7 @@ impl Trials {
         }
         let asked = Instant::now();
         if !has_ended {
+            self.caught += 1;
             (0..times).for_each(|_| signal(&run, word));
         }
         let output = run.wait_with_output().expect("it has ended");
@@ -537,6 +541,7 @@ fn a_few_moments() {
     let mut trials = Trials::new(SHORT);
     trials.kill(3);
     trials.interrupt(2, &ONCE);
+    assert!(trials.caught > 0, "each had ended before its moment");
     trials.fill_up(2);
 }
 

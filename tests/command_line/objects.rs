@@ -1,6 +1,6 @@
 //! Odd scenes of several objects: each gives one clear message or a run in which no particle is lost.
 
-use crate::program::{Folder, done, failed, myxo, no_device, path, report, text};
+use crate::program::{Folder, done, failed, myxo, no_device, path, report, small_pair, text};
 
 /// A scene with a ball and a second object with these lines.
 fn two(second: &str) -> String {
@@ -116,10 +116,10 @@ fn odd_scenes_run_and_lose_no_particle() {
             two(second)
         };
         let file = folder.with("two.toml", text);
-        let json = folder.file("report.json");
+        let [json, npz] = ["report.json", "state.npz"].map(|name| folder.file(name));
         for strategy in ["parallel", other] {
             let strategy_set = format!("transfer.strategy={strategy}");
-            let run = ["profile", path(&file), "--steps", "8", "--warmup", "0"];
+            let run = ["export", path(&file), "--steps", "8", "--out", path(&npz)];
             let sets = ["--set", set, "--set", &strategy_set, "--validate"];
             done(&[&run[..], &sets, &["--report", path(&json)]].concat());
             let counters = &report(&json)["counters"];
@@ -143,7 +143,7 @@ fn a_single_object_takes_any_strategy() {
         return;
     }
     let folder = Folder::new();
-    let json = folder.file("report.json");
+    let [json, npz] = ["report.json", "state.npz"].map(|name| folder.file(name));
     let hashes = [
         "none",
         "respawn",
@@ -155,15 +155,9 @@ fn a_single_object_takes_any_strategy() {
     .map(|strategy| {
         let strategy = format!("transfer.strategy={strategy}");
         let sets = ["--set", "particles.count=2000", "--set", "atlas.size=64"];
-        let run = ["profile", "cube", "--steps", "3", "--validate"];
-        done(
-            &[
-                &run[..],
-                &sets,
-                &["--set", &strategy, "--report", path(&json)],
-            ]
-            .concat(),
-        );
+        let run = ["export", "cube", "--steps", "3", "--validate"];
+        let into = ["--out", path(&npz), "--report", path(&json)];
+        done(&[&run[..], &sets, &["--set", &strategy], &into].concat());
         report(&json)["state_hash"].as_str().unwrap().to_owned()
     });
     assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
@@ -176,16 +170,18 @@ fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
         return;
     }
     let folder = Folder::new();
+    let pair = small_pair(&folder);
+    let pair = [path(&pair)];
     let run = |name: &str, strategy: &str, more: &[&str]| {
         let json = folder.file(format!("{name}.json"));
         let strategy = format!("transfer.strategy={strategy}");
         let scene: &[&str] = match more.contains(&"--resume") {
             true => &[],
-            false => &["trio"],
+            false => &pair,
         };
         let small = [
             "particles.count=20000",
-            "atlas.size=256",
+            "atlas.size=128",
             "transfer.threshold=0.002",
         ];
         let small = small.map(|key_value| ["--set", key_value]);

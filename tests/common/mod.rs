@@ -57,7 +57,7 @@ pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
 /// A device that runs kernels in their form for graphics cards, which CPUs do not run by themselves.
 ///
 /// # Panics
-/// As for [`gpu`].
+/// As for [`gpu`], and also where the device cannot run them.
 pub fn gpu_by_card_forms() -> Option<Gpu> {
     gpu_by_card_forms_within(None)
 }
@@ -74,6 +74,10 @@ pub fn gpu_by_card_forms_within(limits: Option<Limits>) -> Option<Gpu> {
     if gpu.ctx.info().has_card_forms {
         return Some(gpu);
     }
+    assert!(
+        std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some(),
+        "the device cannot run the forms for graphics cards\n(MYXO_ALLOW_NO_DEVICE=1 skips the tests that need them)"
+    );
     eprintln!("skipped: the device cannot run the forms for graphics cards");
     None
 }
@@ -227,6 +231,19 @@ pub const TRIO: [(&str, [f32; 3]); 3] = [
     ("cube", [0.9, 0.1, 0.0]),
     ("icosphere?subdivisions=2", [0.2, 1.0, 0.3]),
 ];
+
+/// Keys of the scene `trio` with meshes of the same shapes that are laid out at once.
+pub const COARSE_TRIO: [&str; 3] = [
+    "object.0.mesh=builtin:torus?tube=0.36&major=36&minor=24",
+    "object.1.mesh=builtin:icosphere?subdivisions=3",
+    "object.2.mesh=builtin:capsule?length=2.67&segments=24&rings=6",
+];
+
+/// Keys of the scene `crowd` with beads of so many subdivisions.
+pub fn coarse_crowd(subdivisions: u32) -> Vec<String> {
+    let key = |i| format!("object.{i}.mesh=builtin:icosphere?subdivisions={subdivisions}");
+    (0..64).map(key).collect()
+}
 
 /// Sizes at which kernels break: nothing, one, about a group, about several.
 pub fn awkward_sizes(group: u32) -> Vec<u32> {

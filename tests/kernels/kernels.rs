@@ -218,6 +218,7 @@ fn advance_agrees_with_its_twin() {
     ] {
         for (name, change) in variants {
             let scene = scene(mesh, |s| {
+                s.atlas.size = 128;
                 s.objects[0].rotation = [20.0, 30.0, 40.0];
                 s.objects[0].position = [0.3, -0.2, 0.1];
                 change(s);

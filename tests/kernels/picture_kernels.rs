@@ -66,10 +66,10 @@ fn exposure_kernels_agree_with_their_twins() {
             let texel_count = ((sample_count - 1) * stride + 1).next_multiple_of(4);
             let words = |i: u32| random(sample_count, i, 0, Purpose::Start);
             let trail: Vec<f32> = (0..texel_count)
-                .map(|i| 2_f32.powf(40.0 * unit(words(i)[0]) - 20.0))
+                .map(|i| 2_f32.powf(64.0 * unit(words(i)[0]) - 20.0))
                 .collect();
             let density: Vec<f32> = (0..texel_count)
-                .map(|i| if words(i)[1] % 4 == 0 { 0.0 } else { 1.0 })
+                .map(|i| [0.0, 1.0, 0.3, 17.0][words(i)[1] as usize % 4])
                 .collect();
             let bins = BIN_COUNT as usize;
             let mut twin_histogram = vec![0; 2 * bins];

@@ -127,6 +127,7 @@ fn food(at: [f32; 3], amount: u32) -> FoodSettings {
 fn food_that_is_measured_aside_is_the_same_food() {
     let Some(gpu) = gpu() else { return };
     let scene = load("torus", &["particles.count=3000", "atlas.size=128"]);
+    let setup = set_up(&gpu.ctx, &scene);
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
     let scale = scene.settings.objects[0].scale;
     let corners = |i: usize| (scene.surface.positions[i] / scale).to_array();
@@ -145,7 +146,7 @@ fn food_that_is_measured_aside_is_the_same_food() {
         with(&[]),
     ];
     let grown = [false, true].map(|aside| {
-        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
         let mut states = Vec::new();
         for settings in &changes {
             let food = aside.then(|| {
@@ -177,7 +178,7 @@ fn food_that_is_measured_aside_is_the_same_food() {
     }
 
     // An order that something else has overtaken, and one that cannot be.
-    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
     simulation.apply(&changes[0]).unwrap();
     let mut same_places = changes[0].clone();
     same_places.feeding.fed_deposit += 1;

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::common::{gpu, set_up};
-use crate::program::{Folder, done, no_device, path, report};
+use crate::common::{COARSE_TRIO, coarse_crowd, gpu, set_up};
+use crate::program::{Folder, done, no_device, path, report, small_pair};
 use myxo::gpu::{Context, ContextOptions, Frames, default_cache_folder};
 use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
@@ -25,6 +25,8 @@ struct Length {
     atlas: u32,
     /// What else of the scene is changed.
     set: &'static [&'static str],
+    /// Whether `trio` and `crowd` have coarse meshes, which are laid out in a moment.
+    is_coarse: bool,
     /// Whether strategies that must end as another one did run twice as well: that they end alike says it already.
     all_twice: bool,
 }
@@ -35,6 +37,7 @@ const SHORT: Length = Length {
     atlas: 192,
     // Otherwise hardly any particle would change objects so soon.
     set: &["transfer.threshold=0.002"],
+    is_coarse: true,
     all_twice: false,
 };
 
@@ -46,6 +49,7 @@ const LONG: Length = Length {
     particles: 20_000,
     atlas: 512,
     set: &[],
+    is_coarse: false,
     all_twice: true,
 };
 
@@ -81,6 +85,11 @@ fn scene(name: &str, length: Length, strategy: Strategy, others: &[&str]) -> Sce
         format!("atlas.size={}", length.atlas),
         format!("transfer.strategy={}", strategy.word()),
     ];
+    set.extend(match name {
+        "trio" if length.is_coarse => COARSE_TRIO.map(str::to_owned).to_vec(),
+        "crowd" if length.is_coarse => coarse_crowd(1),
+        _ => Vec::new(),
+    });
     let others = length.set.iter().chain(others);
     set.extend(others.map(|&other| other.to_owned()));
     let overrides = Overrides {
@@ -308,7 +317,6 @@ const LONGEST_POPULATIONS: [(Strategy, &[&str]); 3] = [
     POPULATIONS[1],
 ];
 
-/// Takes long: the meshes of three scenes are laid out, which other tests find done.
 #[test]
 fn strategies_agree_on_the_built_in_scenes() {
     let Some(gpu) = gpu() else { return };
@@ -384,17 +392,16 @@ fn the_program_says_which_buffer_size_would_have_done() {
         return;
     }
     let folder = Folder::new();
+    let pair = small_pair(&folder);
+    let [written, state] = ["report.json", "state.npz"].map(|name| folder.file(name));
     let run = |buffer_size: &str| {
         let set = format!("transfer.buffer_size={buffer_size}");
         let crowded = ["--set", CROWDED[0], "--set", &set];
         let strategy = ["--set", "transfer.strategy=parallel"];
-        let scene = [
-            "profile", "gears", "--steps", "10", "--warmup", "0", "--json",
-        ];
-        let small = ["--set", "particles.count=20000", "--set", "atlas.size=192"];
-        let written = folder.file("report.json");
-        let into = ["--report", path(&written)];
-        let messages = done(&[&scene[..], &small, &crowded, &strategy, &into].concat());
+        let scene = ["export", path(&pair), "--steps", "10"];
+        let many = ["--set", "particles.count=20000"];
+        let into = ["--out", path(&state), "--report", path(&written)];
+        let messages = done(&[&scene[..], &many, &crowded, &strategy, &into].concat());
         (messages, report(&written)["counters"].clone())
     };
     let (messages, counters) = run("16");

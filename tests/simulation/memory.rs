@@ -3,24 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common;
-use myxo::gpu::Context;
 use myxo::scene::Scene;
 use myxo::scene::settings::{DistanceMethod, Model};
 use myxo::sim::buffers::{Counts, TABLE};
 use myxo::sim::raster::RasterLayout;
 use myxo::sim::{Setup, Simulation, memory};
-
-/// Bytes by the names of what lies in the device's memory. Buffers that are recreated during its life, such as lists of frames,
-/// count as well.
-fn taken(ctx: &Context) -> BTreeMap<String, u64> {
-    let mut taken = BTreeMap::new();
-    let allocator = ctx.allocator();
-    let allocator = allocator.lock().unwrap();
-    for allocation in allocator.generate_report().allocations {
-        *taken.entry(allocation.name).or_default() += allocation.size;
-    }
-    taken
-}
 
 /// Catches a buffer that is in no row of the table, one that is larger or smaller than its row says, and a row of none.
 #[test]
@@ -59,9 +46,9 @@ fn the_table_has_every_buffer() {
         one_a_cell,
         growing,
     ] {
-        let before = taken(&gpu.ctx);
+        let before = gpu.ctx.allocated();
         let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        let after = taken(&gpu.ctx);
+        let after = gpu.ctx.allocated();
         let counts = Counts::of(simulation.setup(), &scene.settings);
         let mut rows = BTreeMap::new();
         for row in TABLE {

@@ -3,7 +3,7 @@
 use crate::advance;
 use std::path::Path;
 
-use crate::common::{Gpu, by_id, gpu, set_up};
+use crate::common::{COARSE_TRIO, Gpu, by_id, gpu, set_up};
 use crate::places::root;
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::scene::settings::{ObjectSettings, Settings};
@@ -503,10 +503,13 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
 #[test]
 fn most_go_over_the_line_in_which_surfaces_meet() {
     let Some(gpu) = gpu() else { return };
+    let set = [
+        &COARSE_TRIO[..],
+        &["particles.count=20000", "atlas.size=512"],
+    ]
+    .concat();
     let overrides = Overrides {
-        set: ["particles.count=20000", "atlas.size=512"]
-            .map(str::to_owned)
-            .to_vec(),
+        set: set.into_iter().map(str::to_owned).collect(),
         ..Overrides::default()
     };
     let scene = Scene::load("trio".as_ref(), &overrides).unwrap();

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::advance;
-use crate::common::{Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene, scene_of_several};
+use crate::common::{Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene, scene_of_several, set_up};
 use crate::networks::mean;
 use myxo::rng::{Purpose, random};
 use myxo::scene::Scene;
@@ -109,6 +109,10 @@ fn no_two_particles_are_ever_in_one_cell() {
         );
         let counted: u32 = flux.iter().sum();
         assert_eq!(counted, flow.arrived, "each counts once, where it ended");
+        // Those that were sent back have crossed nothing.
+        let changed = counted - returned;
+        assert!(flow.crossed <= changed, "of {changed}: {flow:?}");
+        assert_eq!(flow.crossed > 0, transfers, "{what}: {flow:?}");
     }
     // Without the rule they share cells.
     let shared = by_twins(&crowded(TORUS, |s| s.physarum.model = Model::Thesis), 1);
@@ -119,7 +123,7 @@ fn no_two_particles_are_ever_in_one_cell() {
 
 /// Compares both engines after each kernel.
 fn compare(gpu: &Gpu, what: &str, scene: &Scene, dabs: &[Dab]) {
-    let setup = Setup::new(scene).unwrap();
+    let setup = set_up(&gpu.ctx, scene);
     let found = first_difference(&gpu.ctx, scene, &setup, 5, 3, dabs)
         .unwrap_or_else(|error| panic!("{what}: {error}"));
     assert!(found.is_none(), "{what}: {}", found.unwrap());

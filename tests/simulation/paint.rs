@@ -42,6 +42,7 @@ fn paint_agrees_with_its_twin() {
             .map(|i| match i % 7 {
                 0 => NO_GO,
                 1 => 0.5 * NO_GO_BELOW,
+                2 => 3.0 * GREATEST,
                 _ => 20.0 * unit(random(5, i, 0, Purpose::Paint)[2]) - 10.0,
             })
             .collect();
@@ -62,6 +63,10 @@ fn paint_agrees_with_its_twin() {
             };
             let mut expected = start.clone();
             twin::paint(&params, &dab, &mut expected);
+            // What is more than the bound stays, where more is added.
+            let mut pairs = expected.iter().zip(&start);
+            let is_lowered = pairs.any(|(after, before)| *before > GREATEST && after < before);
+            assert!(!is_lowered || fade > 0.0 || amount < 0.0, "{params:?}");
             // In two parts where there is enough for them.
             let in_parts = texels > 128 && count < 2000;
             let constants = [false, true].map(|in_quads| PaintConstants {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use crate::advance;
 use crate::common::{
-    Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene as scene_of_mesh, scene_of_several,
+    Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene as scene_of_mesh, scene_of_several, set_up,
 };
 use myxo::mesh::atlas::Atlas;
 use myxo::mesh::surface::NONE;
@@ -601,7 +601,7 @@ fn a_full_population_leaves_births_out_and_counts_them() {
 
 /// Compares both engines after each kernel.
 fn compare(gpu: &Gpu, what: &str, scene: &Scene, dabs: &[Dab]) {
-    let setup = Setup::new(scene).unwrap();
+    let setup = set_up(&gpu.ctx, scene);
     let found = first_difference(&gpu.ctx, scene, &setup, 7, 3, dabs)
         .unwrap_or_else(|error| panic!("{what}: {error}"));
     assert!(found.is_none(), "{what}: {}", found.unwrap());

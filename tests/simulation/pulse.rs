@@ -14,7 +14,7 @@ use myxo::sim::{Setup, Simulation, Snapshot, twin};
 fn trio(change: impl FnOnce(&mut Settings)) -> Scene {
     scene_of_several(&TRIO, |s| {
         s.particles.count = 3000;
-        s.atlas.size = 192;
+        s.atlas.size = 128;
         s.physarum.speed = 0.02;
         s.objects[1].motion.spin = [0.0, 50.0, 0.0];
         change(s);
@@ -74,7 +74,6 @@ fn both_engines_sweep_alike() {
             let live = simulation.pulses().len();
             gpu.run(|rec| simulation.record_step(rec));
             host.step();
-            without.step();
             let state = simulation.snapshot().unwrap();
             state.validate(&setup).unwrap();
             assert_eq!(
@@ -82,8 +81,12 @@ fn both_engines_sweep_alike() {
                 host.snapshot().hash(),
                 "{strategy:?}, step {step}"
             );
-            let is_plain = state.hash() == without.snapshot().hash();
-            assert_eq!(is_plain, step < 6, "{strategy:?}, step {step}");
+            // Once it is another state it stays one.
+            if step < 9 {
+                without.step();
+                let is_plain = state.hash() == without.snapshot().hash();
+                assert_eq!(is_plain, step < 6, "{strategy:?}, step {step}");
+            }
             assert_eq!(live > 0, (7..30).contains(&step), "step {step}");
         }
         assert!(simulation.pulses().is_empty() && host.snapshot().pulses.is_empty());

@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use crate::common::{gpu, scene};
+use crate::common::{gpu, scene, set_up};
 use glam::Vec3;
 use myxo::gpu::Kernel as _;
 use myxo::mesh::surface::NONE;
@@ -120,7 +120,8 @@ fn sensors_walk_where_seams_are_near() {
             s.atlas.size = 512;
             change(s);
         });
-        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = set_up(&gpu.ctx, &scene);
+        let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
         // Twice, because the list restarts in each step.
         for _ in 0..2 {
             gpu.run(|rec| simulation.record_step(rec));

@@ -20,7 +20,7 @@ use myxo::sim::{Setup, Simulation, Snapshot, twin};
 fn scene_of(meshes: &[(&str, [f32; 3])], change: impl FnOnce(&mut Settings)) -> Scene {
     scene_of_several(meshes, |settings| {
         settings.particles.count = 3000;
-        settings.atlas.size = 256;
+        settings.atlas.size = 160;
         settings.physarum.speed = 0.02;
         change(settings);
     })
@@ -37,9 +37,13 @@ fn with(strategy: Strategy) -> impl FnOnce(&mut Settings) {
 
 /// Runs and checks every step.
 fn run(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
-    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    run_on(gpu, &mut Simulation::new(&gpu.ctx, scene).unwrap(), steps)
+}
+
+/// As [`run`], of a simulation that may have begun.
+fn run_on(gpu: &Gpu, simulation: &mut Simulation, steps: u32) -> Snapshot {
     for _ in 0..steps {
-        advance(gpu, &mut simulation, 1);
+        advance(gpu, simulation, 1);
         let state = simulation.snapshot().unwrap();
         state.validate(simulation.setup()).unwrap();
     }
@@ -84,7 +88,8 @@ fn strategies_that_transfer_give_the_same_bits() {
 #[test]
 fn most_cross_where_the_objects_meet() {
     let Some(gpu) = gpu() else { return };
-    let mut simulation = Simulation::new(&gpu.ctx, &trio(|_| ())).unwrap();
+    let scene = trio(|settings| settings.atlas.size = 256);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
     let mut flow = || {
         advance(&gpu, &mut simulation, 100);
         simulation.snapshot().unwrap().transfers.flow
@@ -106,7 +111,10 @@ fn every_strategy_gives_the_same_bits_twice() {
     for &strategy in Strategy::ALL {
         let scene = trio(with(strategy));
         let first = run(&gpu, &scene, 40);
-        assert_eq!(run(&gpu, &scene, 40).hash(), first.hash(), "{strategy:?}");
+        // The others end as the parallel one does.
+        if [Strategy::None, Strategy::Respawn, Strategy::Parallel].contains(&strategy) {
+            assert_eq!(run(&gpu, &scene, 40).hash(), first.hash(), "{strategy:?}");
+        }
         hashes.push(first.hash());
         let changes = first.transfers.flow.arrived;
         assert_eq!(
@@ -144,7 +152,7 @@ fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, 
 /// All sensors walk.
 #[test]
 fn a_step_agrees_with_its_twin_by_every_strategy() {
-    agrees_with_its_twin(0, |settings| {
+    agrees_with_its_twin(|settings| {
         settings.physarum.gravity_weight = 3.0;
         settings.particles.count = 1500;
     });
@@ -154,7 +162,7 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
 /// but for heights.
 #[test]
 fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
-    let forms = agrees_with_its_twin(0, |settings| {
+    let forms = agrees_with_its_twin(|settings| {
         settings.particles.count = 1500;
         settings.physarum.sensor_noise = 0.05;
         settings.physarum.decrowding_weight = 0.3;
@@ -178,8 +186,9 @@ fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
 /// If sensors look farther than distances reach, all walking particles are listed as ones that may see other objects.
 #[test]
 fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
-    let forms = agrees_with_its_twin(0, |settings| {
+    let forms = agrees_with_its_twin(|settings| {
         settings.particles.count = 5000;
+        settings.atlas.size = 256;
         settings.physarum.sensor_offset = 0.12;
         settings.distance.reach = 0.03;
     });
@@ -197,7 +206,7 @@ fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
 /// Every object has values of its own, far from the scene's.
 #[test]
 fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
-    agrees_with_its_twin(1, |settings| {
+    agrees_with_its_twin(|settings| {
         settings.particles.count = 1500;
         let own = [(0.7_f32, 1), (1.0, 3), (1.4, 9)];
         for (object, (factor, attempts)) in settings.objects.iter_mut().zip(own) {
@@ -223,13 +232,9 @@ fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
     });
 }
 
-/// Compares a step by the kernels with one by the twins, from the same state. Up to `ties` of the particles that change objects may differ,
-/// because their sensor readings were equal to the last bit and they turned the other way. Returns the number of particles in each form of
+/// Compares a step by the kernels with one by the twins, from the same state, to the bit. Returns the number of particles in each form of
 /// `advance`.
-fn agrees_with_its_twin(
-    ties: usize,
-    change: impl Fn(&mut Settings),
-) -> Vec<(Strategy, [usize; 4])> {
+fn agrees_with_its_twin(change: impl Fn(&mut Settings)) -> Vec<(Strategy, [usize; 4])> {
     let mut forms = Vec::new();
     let Some(gpu) = gpu() else { return forms };
     for &strategy in Strategy::ALL {
@@ -258,40 +263,16 @@ fn agrees_with_its_twin(
         assert_eq!(listed, [walk, near, walk_near], "{strategy:?}");
         kernel.validate(&setup).unwrap();
         twin.validate(&setup).unwrap();
-        // Particles that change objects, apart from the rest: their ids, targets and places.
+        // Particles that change objects, and the objects that they go to.
         let [by_kernel, by_twins] = [&kernel, &twin].map(|after| changed(&setup, &before, after));
-        let (mut same, mut same_of_changed, mut rest) = (0_usize, 0_usize, 0_usize);
-        for ((a, m), (b, n)) in by_id(&kernel).into_iter().zip(by_id(&twin)) {
-            assert_eq!(a.id, b.id);
-            let off = [
-                a.u - b.u,
-                a.v - b.v,
-                m.heading_p - n.heading_p,
-                m.heading_h - n.heading_h,
-            ];
-            let near = off.iter().all(|off| off.abs() < 1e-3);
-            let agree = usize::from(a.triangle == b.triangle && m.flags == n.flags && near);
-            if by_twins.contains_key(&a.id) {
-                same_of_changed += agree;
-            } else {
-                rest += 1;
-                same += agree;
-            }
-        }
-        // Inside tests are exact, and both compute targets with equal operations, so all of these particles agree.
         assert_eq!(by_kernel, by_twins, "{strategy:?}");
-        assert!(
-            same_of_changed + ties >= by_twins.len(),
-            "{strategy:?}: {same_of_changed}"
-        );
+        assert_eq!(kernel.hash(), twin.hash(), "{strategy:?}");
         assert_eq!(
             by_twins.len() > 20,
             strategy != Strategy::None,
             "{strategy:?}: {}",
             by_twins.len()
         );
-        // Of the rest, whose sensors see the same to a last bit may turn either way.
-        assert!(same * 100 >= rest * 99, "{strategy:?}: {same} of {rest}");
         let selected = |state: &Snapshot| state.transfers.flow.selected - selected_before;
         assert_eq!(
             selected(&twin) > 5,
@@ -349,8 +330,9 @@ fn a_resumed_run_ends_in_the_same_hash() {
     let path = folder.path().join("half.ckpt");
     for &strategy in Strategy::ALL {
         let scene = trio(with(strategy));
-        let whole = run(&gpu, &scene, 30);
-        let half = run(&gpu, &scene, 15);
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let half = run_on(&gpu, &mut simulation, 15);
+        let whole = run_on(&gpu, &mut simulation, 15);
         let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
         let checkpoint = Checkpoint::new(&scene, resumed.setup(), half.clone());
         checkpoint.write(&path).unwrap();

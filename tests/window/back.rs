@@ -86,8 +86,8 @@ fn what_had_grown_comes_back() {
     // From another scene, which has done few steps, and back to it.
     lab.click_until("gallery", "gallery", true);
     lab.click("gallery=scenes");
-    lab.click("card=sphere");
-    stands(&lab, "sphere", 0);
+    lab.click("card=plane");
+    stands(&lab, "plane", 0);
     lab.click("gallery=files");
     lab.click("left.grown");
     stands(&lab, "cube", grown);
@@ -100,7 +100,7 @@ fn what_had_grown_comes_back() {
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.6", "trail.decay", "0.6");
     lab.click("back");
-    stands(&lab, "sphere", 0);
+    stands(&lab, "plane", 0);
     assert_eq!(is_unsaved(), false);
     lab.click("back");
     stands(&lab, "cube", grown);

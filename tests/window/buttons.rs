@@ -196,13 +196,13 @@ fn every_button_and_key_has_its_effect() {
     // Another scene, by its picture; and one whose loading is cancelled, if it is not loaded before the click.
     lab.click_until("gallery", "gallery", true);
     lab.click("gallery=scenes");
-    lab.click("card=sphere");
-    lab.wait("the sphere is there", |seen| {
-        seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
+    lab.click("card=plane");
+    lab.wait("the plane is there", |seen| {
+        seen["state"]["scene"] == "plane" && seen["state"]["loading"] == false
     });
     // The gallery stays beside the picture, and its wheel does not turn the camera.
     let camera = lab.value("camera");
-    lab.point("card=sphere", 0.5);
+    lab.point("card=plane", 0.5);
     lab.perform(Gesture::Wheel(true));
     assert_eq!(lab.value("camera"), camera);
     lab.key_until("g", "the gallery goes", "gallery", false);

@@ -154,6 +154,22 @@ impl Lines {
         self.rests = true;
     }
 
+    /// Sends gestures in one line, each in moments of its own.
+    pub fn perform_all(&mut self, all: &[Gesture]) {
+        let mut moments = Vec::new();
+        for what in all {
+            if let Value::Array(own) = what.moments() {
+                moments.extend(own);
+            }
+            if what.presses() {
+                // What a click opens is there in a later frame.
+                moments.extend([json!([]), json!([])]);
+            }
+        }
+        self.send(&Value::Array(moments));
+        self.rests = true;
+    }
+
     /// Lets it draw a frame.
     pub fn look(&mut self) {
         self.send(&json!([]));

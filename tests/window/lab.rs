@@ -342,24 +342,44 @@ impl Lab {
         })
     }
 
-    /// Sends a gesture.
-    pub fn perform(&self, what: Gesture) {
+    /// Keeps which keys and controls a gesture works.
+    fn works(&self, what: &Gesture) {
         what.keys().iter().for_each(|key| worked::key(key));
         if what.presses() {
             worked::control(&self.at.borrow());
         }
+    }
+
+    /// Sends a gesture.
+    pub fn perform(&self, what: Gesture) {
+        self.works(&what);
         match &mut *self.input.borrow_mut() {
             Input::Lines(lines) => lines.perform(&what),
             Input::Display(display) => display.perform(&what),
         }
     }
 
+    /// Sends gestures one after the other. A lab without a window takes them all before it is at rest.
+    fn perform_all(&self, all: &[Gesture]) {
+        all.iter().for_each(|what| self.works(what));
+        match &mut *self.input.borrow_mut() {
+            Input::Lines(lines) => lines.perform_all(all),
+            Input::Display(display) => all.iter().for_each(|what| display.perform(what)),
+        }
+    }
+
+    /// The pixel of a control that is a share of its width from the left.
+    #[track_caller]
+    fn pixel(&self, name: &str, share: f64) -> (f64, f64) {
+        let [left, top, right, bottom] = self.place(name);
+        let x = (left + share * (right - left)).round();
+        (x, (0.5 * (top + bottom)).round())
+    }
+
     /// Moves the pointer onto a control, a share of its width from the left.
     #[track_caller]
     pub fn point(&self, name: &str, share: f64) {
-        let [left, top, right, bottom] = self.place(name);
-        let x = (left + share * (right - left)).round();
-        let y = (0.5 * (top + bottom)).round();
+        let (x, y) = self.pixel(name, share);
         self.perform(Gesture::Move(x, y));
         name.clone_into(&mut self.at.borrow_mut());
     }
@@ -423,12 +443,24 @@ impl Lab {
     /// Types a number into the box at the right end of a slider.
     #[track_caller]
     pub fn type_into(&self, name: &str, share: f64, number: &str) {
-        self.point(name, share);
-        self.press();
-        self.wait(name, |seen| seen["state"]["typing"] == true);
-        self.key("ctrl+a");
-        self.write(number);
-        self.key("Return");
+        if self.has_window() {
+            self.point(name, share);
+            self.press();
+            self.wait(name, |seen| seen["state"]["typing"] == true);
+            self.key("ctrl+a");
+            self.write(number);
+            return self.key("Return");
+        }
+        // Without a window no input is lost, so nothing has to be waited for.
+        let (x, y) = self.pixel(name, share);
+        name.clone_into(&mut self.at.borrow_mut());
+        self.perform_all(&[
+            Gesture::Move(x, y),
+            Gesture::Click(1),
+            Gesture::Keys(&["ctrl+a"]),
+            Gesture::Write(number),
+            Gesture::Keys(&["Return"]),
+        ]);
     }
 
     /// Types a text and waits until the lab has the value.

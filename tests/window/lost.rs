@@ -13,7 +13,7 @@ use crate::troubles::{goes_on, hear};
 use crate::{Lab, SMALL, can_open, said};
 
 /// The device is lost after so many drawn pictures: more than are drawn before the window is paused.
-const PICTURES: &str = "--lose-device=150";
+const PICTURES: &str = "--lose-device=60";
 
 /// Waits until the device is lost, checks the notice, and runs the restarted scene.
 #[track_caller]
@@ -87,9 +87,9 @@ fn after_a_lost_device_the_scene_restarts_as_it_was_set() {
     // The gallery's pictures are there again, and other scenes can be opened.
     lab.click_until("gallery", "gallery", true);
     lab.click("gallery=scenes");
-    lab.click("card=sphere");
-    lab.wait("the sphere is there", |seen| {
-        seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
+    lab.click("card=plane");
+    lab.wait("the plane is there", |seen| {
+        seen["state"]["scene"] == "plane" && seen["state"]["loading"] == false
     });
     goes_on(&lab);
     let lab = lab.quit_and_keep();
@@ -175,7 +175,7 @@ fn where_no_other_device_is_found_the_lab_ends_and_the_scene_is_kept() {
     program
         .env("VK_DRIVER_FILES", &here)
         .env("VK_ICD_FILENAMES", &here);
-    let lab = Lab::start(program, &[&["--lose-device=100"], &SMALL[..]].concat());
+    let lab = Lab::start(program, &[&["--lose-device=40"], &SMALL[..]].concat());
     std::fs::remove_file(&here).expect("it is there");
     let status = lab.ended();
     let more = ["no device takes its place", "no Vulkan"];

@@ -120,7 +120,7 @@ fn lines_come_again_on_another_device() {
     if !can_open() {
         return;
     }
-    let lab = Lab::open(&[&["--lose-device=100"], &SMALL[..]].concat());
+    let lab = Lab::open(&[&["--lose-device=40"], &SMALL[..]].concat());
     lab.key_until("n", "they are asked for", "network", true);
     hear(&lab, "The device was lost");
     lab.wait("those of the other device", |seen| {

@@ -221,7 +221,7 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
         return;
     }
     let folder = Folder::new();
-    let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 512\n[[object]]\nmesh = \"builtin:icosphere?subdivisions=6\"\n";
+    let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 512\n[[object]]\nmesh = \"builtin:icosphere?subdivisions=5\"\n";
     let file = folder.with("ball.toml", ball);
     let mut program = program();
     // A cached layout loads at once.
@@ -232,6 +232,8 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
     lab.find("decay");
     lab.click_until("restart", "loading", true);
     lab.type_into("trail.decay", 0.9, "0.5");
+    let seen = lab.seen().expect("the lab has reported");
+    assert_eq!(seen["state"]["loading"], true, "it is changed meanwhile");
     lab.wait("it is there", |seen| seen["state"]["loading"] == false);
     assert_eq!(lab.value("trail.decay"), "0.5");
     lab.wait("all of it runs", |seen| seen["state"]["pending"] == false);

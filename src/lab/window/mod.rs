@@ -561,6 +561,7 @@ impl Lab {
         let _ = self.runner.frames.wait_idle();
         self.end_exports();
         self.jobs.food.close();
+        self.jobs.ahead.close();
         if let Some(loading) = &self.jobs.loading {
             loading.cancel();
         }

@@ -439,15 +439,27 @@ fn ends_soon(pid: u32) -> bool {
     !runs(pid)
 }
 
+/// Checks two scripts at once: most of the time they wait.
+#[cfg(target_os = "linux")]
+fn side_by_side(scripts: [&str; 2], check: impl Fn(&str) + Sync) {
+    let check = &check;
+    std::thread::scope(|scope| {
+        for script in scripts {
+            scope.spawn(move || check(script));
+        }
+    });
+}
+
 /// Catches a wait without a limit: for an encoder that takes all frames and never exits, and for one that takes none, both with a child
 /// process that runs on.
 #[cfg(target_os = "linux")]
 #[test]
 fn encoder_that_does_nothing_is_ended_with_what_it_has_started() {
-    for script in [
+    let scripts = [
         "echo $$ >$PIDS; cat >/dev/null; sleep 1000 & echo $! >>$PIDS; wait",
         "echo $$ >$PIDS; trap '' TERM INT; sleep 1000 & echo $! >>$PIDS; wait",
-    ] {
+    ];
+    side_by_side(scripts, |script| {
         let (error, time, pids) = impatient(script, [2, 1000], None);
         let text = error.to_string();
         assert!(
@@ -457,17 +469,18 @@ fn encoder_that_does_nothing_is_ended_with_what_it_has_started() {
         assert!(time < Duration::from_secs(60), "{script}: {time:?}");
         assert_eq!(pids.len(), 2, "{script}");
         assert!(pids.into_iter().all(ends_soon), "{script}");
-    }
+    });
 }
 
 /// Catches a Ctrl-C that does not shorten the wait for an encoder that hangs.
 #[cfg(target_os = "linux")]
 #[test]
 fn first_interrupt_ends_an_encoder_that_does_nothing() {
-    for script in [
+    let scripts = [
         "echo $$ >$PIDS; cat >/dev/null; exec sleep 1000",
         "echo $$ >$PIDS; exec sleep 1000",
-    ] {
+    ];
+    side_by_side(scripts, |script| {
         let flag: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
         let user = std::thread::spawn(|| {
             std::thread::sleep(Duration::from_millis(300));
@@ -478,7 +491,7 @@ fn first_interrupt_ends_an_encoder_that_does_nothing() {
         assert!(error.to_string().contains("did nothing for 1 s"), "{error}");
         assert!(time < Duration::from_secs(60), "{script}: {time:?}");
         assert!(pids.into_iter().all(ends_soon), "{script}");
-    }
+    });
 }
 
 /// Catches a child process that still writes after the encoder has exited.

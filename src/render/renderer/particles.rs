@@ -90,7 +90,32 @@ impl Renderer {
 fn strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
     let radius_in_pixels = radius / world_per_pixel(&view.camera, size);
     let area = (std::f32::consts::PI * radius_in_pixels * radius_in_pixels).max(1.0);
+    light_of_size(drawn as f32, area, view.particle_size)
+}
+
+/// The light of a point of this size in pixels, if so many are on an area of so many pixels. Points are drawn no smaller than a pixel:
+/// finer ones have as much less light as their area is smaller.
+fn light_of_size(drawn: f32, area: f32, size: f32) -> f32 {
+    let diameter = size.max(1.0);
     // Half of the particles are on the far side.
-    let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
-    (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8)
+    let points_in_a_pixel = 0.5 * drawn * diameter * diameter / area;
+    let part = size / diameter;
+    (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8) * (part * part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: points finer than a pixel that are as bright as those of a pixel, or brighter.
+    #[test]
+    fn finer_points_are_dimmer() {
+        for drawn in [0.02, 1.0, 40.0] {
+            let whole = light_of_size(drawn, 1.0, 1.0);
+            let quarter = light_of_size(drawn, 1.0, 0.5);
+            assert!((quarter - 0.25 * whole).abs() < 1e-6, "{quarter}, {whole}");
+        }
+        let (one, two) = (light_of_size(2.0, 1.0, 1.0), light_of_size(2.0, 1.0, 2.0));
+        assert!((one - 0.18).abs() < 1e-6 && (two - 0.045).abs() < 1e-6);
+    }
 }

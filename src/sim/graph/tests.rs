@@ -182,6 +182,29 @@ fn known_graphs_on_a_ball_are_found_across_seams() {
         assert!((width - 1.0).abs() < 0.1, "{width}");
         let dot = canvas.graph(|place| place.distance(Vec3::Y) - 0.1);
         assert_shape(&dot, [0, 0, 1, 0], &[]);
+        assert_spot(&dot, Vec3::Y, 0.24);
+    }
+}
+
+/// Its only node is in the middle of a disc of this diameter.
+#[track_caller]
+fn assert_spot(graph: &Graph, middle: Vec3, diameter: f64) {
+    let node = &graph.nodes[0];
+    let away = DVec3::from_array(node.place).distance(middle.as_dvec3());
+    assert!(away < 5.0 * TEXEL, "{away} from the middle");
+    // Depths along links are up to 8 % too long.
+    let off = (node.width - diameter).abs();
+    assert!(off < 0.1 * diameter + 2.0 * TEXEL, "{}", node.width);
+}
+
+/// Would catch: a spot that lies at the rim of its disc and has nearly no width, because thinning has led a line there.
+#[test]
+fn spots_lie_in_the_middle_of_their_discs() {
+    let canvas = plane("plane");
+    for radius in [0.1, 0.2, 0.3_f32] {
+        let disc = canvas.graph(|place| place.length() - radius + HALF);
+        assert_shape(&disc, [0, 0, 1, 0], &[]);
+        assert_spot(&disc, Vec3::ZERO, 2.0 * f64::from(radius));
     }
 }
 

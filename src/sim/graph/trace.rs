@@ -267,15 +267,38 @@ impl Traced {
         spurs.sort_by(|a, b| a.length.total_cmp(&b.length).then(a.edge.cmp(&b.edge)));
         let before = spurs.len();
         spurs.retain(|branch| {
-            let branches = degrees[branch.from] == 1 || degrees[branch.from] > 2;
+            let is_spot = degrees[branch.from] == 1;
+            let branches = is_spot || degrees[branch.from] > 2;
             if branches {
                 degrees[branch.from] -= 1;
-                self.edges[branch.edge] = None;
-                self.nodes[branch.end] = None;
+                let edge = self.edges[branch.edge].take();
+                let last = self.nodes[branch.end].take();
+                if is_spot {
+                    self.become_spot(links, branch.from, edge.as_ref(), last.as_ref());
+                }
             }
             branches
         });
         before > 0 && !spurs.is_empty()
+    }
+
+    /// Of a spot one of two ends is left, at its rim: moves that node to the texel of the spot's line that is the farthest from the border
+    /// of the network.
+    fn become_spot(
+        &mut self,
+        links: &Links,
+        node: usize,
+        edge: Option<&Edge>,
+        other: Option<&Node>,
+    ) {
+        let ends = self.nodes[node].as_ref().into_iter().chain(other);
+        let on_edge = edge.into_iter().flat_map(|edge| &edge.texels);
+        let texels = ends.flat_map(|end| &end.texels).chain(on_edge).copied();
+        let depth = |texel: u32| self.depths[texel as usize];
+        let deepest = texels.max_by(|&a, &b| depth(a).total_cmp(&depth(b)));
+        if let Some(deepest) = deepest {
+            self.nodes[node] = Some(Node::of(links, &self.depths, vec![deepest]));
+        }
     }
 
     /// An edge as a branch, if it has an end.

@@ -57,6 +57,9 @@ impl Simulation {
     }
 
     /// Records only that kernel, in a scope of this name, on the inputs that it has in the step.
+    ///
+    /// # Panics
+    /// If a buffer that it writes was replaced since they were copied, as [`Simulation::restore`] replaces those of food.
     pub fn record_alone(&mut self, rec: &mut Recorder, alone: &KernelAlone, scope: &str) {
         rec.record_alone(&alone.recorded, scope, |rec| {
             self.record_and_return(rec, &alone.step);

@@ -205,6 +205,8 @@ mod tests {
             "particles.count=3000",
             "atlas.size=128",
             "second_look.preset=cells",
+            "object.0.mesh=builtin:torus?tube=0.36&major=36&minor=24",
+            "object.1.mesh=builtin:icosphere?subdivisions=3",
             "object.1.scale=0.75",
             "feeding.scent_across=0.5",
             "feeding.amount=0",

@@ -25,6 +25,9 @@ const GROWN: f32 = 1000.0;
 const BLENDED: f32 = 1.001;
 
 impl Snapshot {
+    /// The largest trail value from which steps can continue.
+    pub const MOST_TRAIL: f32 = MOST_LOADED_TRAIL;
+
     /// Checks everything that a simulation of this setup needs to continue from here: [`validate`](Self::validate),
     /// [`check_ranges`](Self::check_ranges), [`movement_of`](Self::movement_of) and [`check_food`](Self::check_food).
     ///

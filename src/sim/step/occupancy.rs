@@ -344,7 +344,7 @@ impl StepKernel for LandSettle {
         let t = &mut a.transfers;
         land_settle(
             &call.params,
-            &t.flow[0],
+            &mut t.flow[0],
             (&a.particles, &mut a.motions),
             &a.bids,
             &mut t.transfers,
@@ -488,7 +488,7 @@ pub fn land_claim(
 /// Twin of `shaders/land_settle.comp`.
 pub fn land_settle(
     params: &LandSettleParams,
-    flow: &Flow,
+    flow: &mut Flow,
     (particles, motions): (&[Particle], &mut [Motion]),
     bids: &[u32],
     transfers: &mut [Transfer],
@@ -501,6 +501,9 @@ pub fn land_settle(
         let comes = source != target;
         if comes && bids[transfer.cell as usize] == LANDING + rank_of(id, params.salt) {
             continue;
+        }
+        if transfer.stays == 2 {
+            flow.crossed = flow.crossed.wrapping_sub(1);
         }
         transfer.stays = 1;
         if comes {

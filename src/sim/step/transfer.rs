@@ -165,7 +165,7 @@ pub fn transfer_in(
             borders[transfer.target as usize].came += 1;
         }
         flow.arrived = flow.arrived.saturating_add(1);
-        if transfer.stays != 0 {
+        if transfer.stays == 1 {
             continue;
         }
         let slot = transfer.particle as usize;
@@ -283,6 +283,7 @@ pub fn transfer_out(
             target,
             triangle,
             rest: settled(left),
+            stays: 2 * u32::from(crosses),
             ..Transfer::default()
         };
         let left = &mut flux[(source * params.object_count + target) as usize];

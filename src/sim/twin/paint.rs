@@ -14,7 +14,7 @@ pub fn paint(params: &PaintParams, dab: &[UVec2], field: &mut [f32]) {
         let kept = before * (1.0 - params.fade * weight);
         let is_freed = before < params.no_go && params.fade > 0.0;
         let value = if is_freed { 0.0 } else { kept } + params.amount * weight;
-        let value = within(value, params.lowest, params.highest);
+        let value = within(value, params.lowest, params.highest.max(before));
         field[texel] = if value.abs() < TINY_TRAIL { 0.0 } else { value };
     }
 }

@@ -209,7 +209,7 @@ fn charts_lie_apart_keep_sizes_and_are_glued() {
     models.extend(["suzanne", "gyroid_ball"].map(asset));
     for (name, path, model) in &models {
         for turn in ["0", "3"] {
-            let options = ["--atlas-method", "charts", "--atlas-size", "1024"];
+            let options = ["--atlas-method", "charts", "--atlas-size", "512"];
             let (size, places) = ask(path, &[&options[..], &["--turn", turn]].concat());
             check_rows(name, model, &places);
             check_apart(name, size, &places);

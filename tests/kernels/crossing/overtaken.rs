@@ -4,7 +4,7 @@ use myxo::scene::{Overrides, Scene};
 use myxo::sim::Simulation;
 use myxo::sim::types::Particle;
 
-use crate::common::gpu;
+use crate::common::{COARSE_TRIO, coarse_crowd, gpu};
 
 /// Enough for particles that began inside other objects to come out.
 const STEPS: u32 = 80;
@@ -14,11 +14,15 @@ const STEPS: u32 = 80;
 #[test]
 fn hardly_any_particle_stays_inside_objects_that_move() {
     let Some(gpu) = gpu() else { return };
-    for name in ["trio", "crowd"] {
+    let scenes = [
+        ("trio", COARSE_TRIO.map(str::to_owned).to_vec()),
+        ("crowd", coarse_crowd(2)),
+    ];
+    for (name, coarse) in scenes {
+        let mut set = coarse;
+        set.extend(["particles.count=4000", "atlas.size=512"].map(str::to_owned));
         let overrides = Overrides {
-            set: ["particles.count=4000", "atlas.size=512"]
-                .map(str::to_owned)
-                .into(),
+            set,
             ..Overrides::default()
         };
         let scene = Scene::load(name.as_ref(), &overrides).unwrap();

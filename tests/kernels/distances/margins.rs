@@ -27,7 +27,9 @@ fn tiles_remember_how_far_they_are_and_nothing_changes() {
         let setup = Setup::new(&scene).unwrap();
         let mut twin = twin::Simulation::new(setup, scene.settings.clone());
         let (mut kept, mut near) = (0, 0);
-        for step in 0..48 {
+        // By winding numbers nothing is kept, which a few steps show.
+        let steps = if sign == SignRule::Winding { 12 } else { 48 };
+        for step in 0..steps {
             let state = remembers.snapshot().unwrap();
             gpu.run(|rec| remembers.record_step(rec));
             twin.step();

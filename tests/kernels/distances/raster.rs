@@ -183,11 +183,12 @@ fn large_meshes_are_drawn_in_pieces() {
         end - first
     });
     assert!(3 * torus * ball > MOST_IN_A_DRAW);
-    let bvh = fields(&gpu, &scene);
+    let setup = Setup::new(&scene).unwrap();
+    let bvh = fields_from(&gpu, &scene, &setup);
     scene.settings.distance.method = DistanceMethod::Raster;
-    let raster = fields(&gpu, &scene);
+    let raster = fields_from(&gpu, &scene, &setup);
     let mut sum = Differences::default();
-    sum.add(&Setup::new(&scene).unwrap(), scene.radius, &bvh, &raster);
+    sum.add(&setup, scene.radius, &bvh, &raster);
     assert!(sum.within > 2000, "{sum:?}");
     assert_eq!((sum.stranger, sum.other_sign), (0, 0), "{sum:?}");
     assert!(sum.error < 1e-6, "{sum:?}");
@@ -198,11 +199,12 @@ fn large_meshes_are_drawn_in_pieces() {
 fn drawn_distances_are_those_of_the_twin() {
     let Some(gpu) = gpu() else { return };
     for (name, mut scene) in scenes() {
+        let setup = Setup::new(&scene).unwrap();
         for &mapping in DepthMapping::ALL {
             scene.settings.distance.method = DistanceMethod::Raster;
             scene.settings.distance.depth = mapping;
-            let (kernel, twin) = both(&gpu, &scene);
-            let again = fields(&gpu, &scene);
+            let (kernel, twin) = both(&gpu, &scene, &setup);
+            let again = fields_from(&gpu, &scene, &setup);
             assert!(kernel == again, "{name}, {mapping:?}: two runs differ");
             let differ = kernel.1.iter().zip(&twin.1).filter(|(a, b)| a != b).count();
             // The curves divide, which devices may round otherwise.
@@ -235,14 +237,15 @@ fn drawn_distances_are_those_of_the_twin() {
 fn drawn_distances_have_the_signs_of_every_rule() {
     let Some(gpu) = gpu() else { return };
     for (name, mut scene) in scenes() {
+        let setup = Setup::new(&scene).unwrap();
         for sign in [SignRule::Winding, SignRule::Facing] {
             scene.settings.distance.sign = sign;
             scene.settings.distance.method = DistanceMethod::Bvh;
-            let bvh = fields(&gpu, &scene);
+            let bvh = fields_from(&gpu, &scene, &setup);
             scene.settings.distance.method = DistanceMethod::Raster;
-            let raster = fields(&gpu, &scene);
+            let raster = fields_from(&gpu, &scene, &setup);
             let mut sum = Differences::default();
-            sum.add(&Setup::new(&scene).unwrap(), scene.radius, &bvh, &raster);
+            sum.add(&setup, scene.radius, &bvh, &raster);
             assert!(
                 sum.other_sign * 2000 <= sum.within,
                 "{name}, {sign:?}: {sum:?}"
@@ -351,6 +354,7 @@ fn recorded(gpu: &Gpu, simulation: &mut Simulation) -> Vec<String> {
 /// Outlines hold every texel that their triangle owns, with room for rounding, in charts and in cells.
 #[test]
 fn outlines_hold_what_triangles_own() {
+    let (mut laid_out, mut texels) = (0, 0);
     for method in AtlasMethod::ALL {
         for size in [37, 128, 256] {
             let objects = [
@@ -369,7 +373,9 @@ fn outlines_hold_what_triangles_own() {
             let Ok(setup) = Setup::new(&scene) else {
                 continue;
             };
+            laid_out += 1;
             let layout = RasterLayout::new(&setup);
+            texels += layout.texels.len();
             assert_eq!(layout.texels.len(), setup.distance.samples.len());
             assert_eq!(layout.outlines.len(), layout.owned.len());
             for (outline, &(first, end)) in layout.outlines.iter().zip(&layout.owned) {
@@ -386,4 +392,6 @@ fn outlines_hold_what_triangles_own() {
             }
         }
     }
+    // Charts at two sizes and cells at one, at least.
+    assert!(laid_out >= 3 && texels > 20_000, "{laid_out}, {texels}");
 }

@@ -178,15 +178,18 @@ fn distances_are_right_on_closed_meshes() {
     for mesh in closed() {
         let model = Model::of(&mesh);
         let places = places(&mesh, &model, 3000);
+        let truth = places.iter().map(|place| {
+            let p = place.as_dvec3();
+            (p, model.distance(p), model.winding(p))
+        });
+        let truth: Vec<(DVec3, f64, f64)> = truth.collect();
         for rule in [SignRule::Pseudonormal, SignRule::Winding] {
             let mut queries: Vec<TreeQuery> =
                 places.iter().map(|&p| TreeQuery::nearest(p)).collect();
             let trees = by_kernel(&gpu, &mesh, Question::Nearest(rule), &mut queries);
             let mut errors = Vec::new();
             let (mut wrong, mut wrong_by_face, mut all) = (0, 0_u32, 0_u32);
-            for query in &queries {
-                let p = query.place.as_dvec3();
-                let distance = model.distance(p);
+            for (query, &(p, distance, winding)) in queries.iter().zip(&truth) {
                 let got = f64::from(query.result);
                 errors.push((got.abs() - distance).abs() / model.radius);
                 let triangle = trees.faces[query.slot as usize].triangle;
@@ -196,7 +199,6 @@ fn distances_are_right_on_closed_meshes() {
                     "{}: {p} has the nearest triangle at {of_triangle} and not {distance}",
                     mesh.name
                 );
-                let winding = model.winding(p);
                 let decided = (winding - winding.round()).abs() < 1e-3;
                 if distance > 2e-6 * model.radius && decided {
                     let is_inside = winding.round() != 0.0;
