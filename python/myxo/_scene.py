@@ -70,7 +70,7 @@ class Scene:
             Its name; empty for the name of its mesh.
         mesh
             `builtin:NAME`, the path of a model, vertices (n, 3) and faces (m, 3) as a pair of arrays, or a mesh of trimesh or
-            PyVista. Vertices are in the object's own coordinates. Faces count vertices from 0.
+            PyVista. Vertices are in the object's own coordinates. Faces count vertices from 0. Arrays are copied.
         keys
             Keys of an `[[object]]`: `position`, `rotation` (degrees), `scale`, `texel_weight`, `start`, ...
 
@@ -85,7 +85,9 @@ class Scene:
         else:
             number = len(self._objects)
             label = name or f"object {number}"
-            self._meshes.append((label, arrays_of(mesh, label)))
+            places, corners = arrays_of(mesh, label)
+            # What becomes of the arrays later changes no object.
+            self._meshes.append((label, (places.copy(), corners.copy())))
             # No path: the mesh is in memory.
             path = f"memory:{label}"
         entry = nested(keys)
@@ -183,6 +185,8 @@ def source(
     """A scene as the compiled part takes it. `preset` takes the place of that of a `Scene`."""
     if isinstance(scene, (str, os.PathLike)):
         return SceneArguments(scene, None, [], "", _checked(preset), settings)
+    if not isinstance(scene, (Scene, Mapping)):
+        raise TypeError(f"a scene is a name, a path, a dictionary or a myxo.Scene, not of the type {type(scene).__name__}")
     made = scene if isinstance(scene, Scene) else Scene(scene)
     chosen = _checked(made.preset if preset is None else preset)
     return SceneArguments(None, made.table(), made.meshes(), made.folder, chosen, settings)

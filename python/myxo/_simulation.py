@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Any
@@ -58,11 +60,18 @@ class Simulation:
     ------
     ValueError
         If the scene, a key or a value cannot be used.
+    TypeError
+        If the scene or the seed is of another type.
     FileNotFoundError
         If a file is missing.
     DeviceError
         If there is no device, or it has too little memory.
+    RuntimeError
+        If this process was forked from one in which the package had begun its work.
     """
+
+    # A misspelled attribute is refused.
+    __slots__ = ("__weakref__", "_engine")
 
     def __init__(
         self,
@@ -87,6 +96,19 @@ class Simulation:
     ) -> Simulation:
         """Goes on from a checkpoint, with its own scene unless another one is given.
 
+        Parameters
+        ----------
+        path
+            The checkpoint.
+        scene
+            The scene again, if its meshes are arrays or its maps pictures: a `Scene` or a dictionary. Meshes, maps and masks are taken from
+            it; everything else is as it was when the checkpoint was written. Or a name or a path, in place of the checkpoint's own scene.
+            A warning lists the values in which it differs.
+        settings
+            Values of parameters that lie over those of the scene.
+        device
+            As for `Simulation`.
+
         Raises
         ------
         ValueError
@@ -94,6 +116,11 @@ class Simulation:
         """
         self = cls.__new__(cls)
         self._engine = _engine(scene, None, None, None, settings, device, path)
+        # What is set here is known.
+        notes = [note for note in self._engine.notes() if note.partition(" = ")[0] not in (settings or {})]
+        if notes:
+            text = f"goes on from the checkpoint {os.fspath(path)}: {'; '.join(notes)}"
+            warnings.warn(text, RuntimeWarning, stacklevel=2)
         return self
 
     # Growing
@@ -102,6 +129,7 @@ class Simulation:
         """Takes `count` steps, waits for them, and returns the simulation. Other threads go on meanwhile; Ctrl-C ends it after
         the step that runs.
         """
+        count = _whole(count, "a number of steps")
         if count < 0:
             raise ValueError(f"a number of steps is 0 or more, not {count}")
         self._engine.step(count)
@@ -261,8 +289,10 @@ class Simulation:
         `sim.radius` they are world units. `measures["foods"]`, None if fewer than two are reached, has `pairs`: the distances of each two
         foods, over the `surface` and along the `network`.
 
+            network = sim.network()
             graph = networkx.MultiGraph()
-            graph.add_edges_from((edge["from"], edge["to"], edge) for edge in sim.network()["edges"])
+            graph.add_nodes_from(enumerate(network["nodes"]))
+            graph.add_edges_from((edge["from"], edge["to"], edge) for edge in network["edges"])
         """
         whole: dict[str, Any] = json.loads(self._engine.network())
         names = self._engine.object_names()
@@ -317,13 +347,16 @@ class Simulation:
 
     def export(self, path: str | os.PathLike[str], *, vertex_colors: bool = False) -> list[str]:
         """Writes the state by the ending of `path`: `.glb` (a model with the trail as texture, or with vertex colours), `.ply`,
-        `.npz` (all arrays) or `.toml` (a scene file). Returns the files that were written.
+        `.npz` (all arrays) or `.toml` (a scene file; meshes that are arrays are written beside it, as `NAME_OBJECT.ply`). Returns the
+        files that were written.
         """
         return [os.fspath(file) for file in self._engine.export(path, vertex_colors)]
 
     @property
     def scene(self) -> str:
-        """The scene as the text of a scene file, with the values of now."""
+        """The scene as the text of a scene file, with the values of now. A mesh that is an array is `memory:NAME` there, which no program
+        can read: `export` writes it as a file.
+        """
         return self._engine.scene_text()
 
     # The device
@@ -361,10 +394,22 @@ class Simulation:
 class Object:
     """One object of a simulation."""
 
+    __slots__ = ("__weakref__", "_engine", "_name", "_number")
+
     def __init__(self, engine: Engine, number: int, name: str) -> None:
         self._engine = engine
-        self.number = number
-        self.name = name
+        self._number = number
+        self._name = name
+
+    @property
+    def number(self) -> int:
+        """Its number, counted from 0."""
+        return self._number
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._name
 
     @property
     def pose(self) -> NDArray[np.float64]:
@@ -395,6 +440,8 @@ class Object:
 
 class Objects(Mapping[str, Object]):
     """The objects of a simulation, by name; by number, too."""
+
+    __slots__ = ("__weakref__", "_engine")
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
@@ -430,7 +477,19 @@ def _engine(
     values = with_files(settings or {})
     if particles is not None:
         values["particles.count"] = particles
+    if seed is not None:
+        seed = _whole(seed, "a seed")
+        if not 0 <= seed < 2**32:
+            raise ValueError(f"a seed is from 0 to {2**32 - 1}, not {seed}")
     device = None if device is None else str(device)
     if scene is None:
         return Engine(None, None, [], "", preset, values, seed, device, resume)
     return Engine(*source(scene, preset, values), seed, device, resume)
+
+
+def _whole(value: Any, what: str) -> int:
+    """A whole number, also one of NumPy."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise TypeError(f"{what} is a whole number, not {value!r}") from None

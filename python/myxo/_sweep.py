@@ -49,9 +49,9 @@ def sweep(
     run: _runs.Run | None = None,
     *,
     out: str | os.PathLike[str],
-    scene: str | os.PathLike[str] | Mapping[str, Any] | Scene = "torus",
-    steps: int = 400,
-    seeds: int | Iterable[int] = 1,
+    scene: str | os.PathLike[str] | Mapping[str, Any] | Scene | None = None,
+    steps: int | None = None,
+    seeds: int | Iterable[int] | None = None,
     preset: str | None = None,
     settings: Mapping[str, Any] | None = None,
     fields: Sequence[str] = (),
@@ -80,7 +80,7 @@ def sweep(
     ----------
     points
         A grid: values for each parameter. Or points: dictionaries with a value for each parameter (`myxo.grid`, `myxo.sample`). Or
-        the path of a study file, which has all of this and the next.
+        the path of a study file, which has scene, steps, seeds, preset and settings, too.
     run
         What a run does, in place of `sim.step(steps)`: a function of the simulation and the point, which returns numbers and texts for
         the row, and arrays for `fields`. It must be found by name in a module, as executors need it, or be a `functools.partial` of such
@@ -88,10 +88,13 @@ def sweep(
         So the measures of `sim.network()`, of which one is `length`, are not returned: `network=True` adds them.
     out
         The folder: `table.parquet` and `table.csv`, `runs/` with a row for each run, `fields/` with arrays.
-    scene, steps, preset, settings
-        As for `Simulation`; `settings` lie under the point's values.
+    scene, preset, settings
+        As for `Simulation`; by default the scene `torus`. `settings` lie under the point's values. A study file has its own: with one,
+        these are refused.
+    steps
+        Of each run; by default 400, or as many as the study file says.
     seeds
-        So many from 0 on, or a list.
+        So many from 0 on, or a list; by default one, or those of the study file.
     fields
         Arrays of each run that are kept: `trail`, `particles`, `deposits`, `texel_area`, ...
     store
@@ -124,12 +127,15 @@ def sweep(
     -------
     pandas.DataFrame
         Columns `run` (number of the point), `seed`, each parameter, measures of the network, what `run` returned, `step`, `state_hash`,
-        `seconds`, `device`, `commit` (that of the program) and `error` (None where all went well).
+        `seconds`, `device`, `commit` (that of the program) and `error` (None where all went well). A warning says how many runs have
+        failed.
 
     Raises
     ------
     ValueError
         If the folder holds another study.
+    TypeError
+        If a study file is given together with a scene, a preset or settings.
     RuntimeError
         If another sweep writes into the folder.
     """
@@ -140,8 +146,14 @@ def sweep(
         import zarr  # noqa: F401
     if isinstance(points, (str, os.PathLike)):
         study = read_study(points)
+        for name, value, key in (("scene", scene, "scene"), ("preset", preset, "preset"), ("settings", settings, "[set]")):
+            if value is not None:
+                raise TypeError(f"`{name}` cannot be given with the study file {os.fspath(points)}: it stands there as `{key}`")
+        given: dict[str, Any] = {"steps": steps, "seeds": seeds}
     else:
-        study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
+        study = {"points": points, "scene": "torus", "steps": 400, "seeds": 1, "preset": preset, "settings": settings}
+        given = {"scene": scene, "steps": steps, "seeds": seeds}
+    study.update({name: value for name, value in given.items() if value is not None})
     if picture is not None:
         study["picture"] = _size(picture)
     study["network"] = bool(network or study.get("network"))
@@ -186,7 +198,11 @@ def sweep(
             folder.write_table(numbers)
     finally:
         folder.close()
-    return _table(Path(out), library, numbers)
+    table = _table(Path(out), library, numbers)
+    failed = 0 if table.empty else int(table["error"].notna().sum())
+    if failed:
+        warnings.warn(f"{failed} of {len(table)} runs failed: see the column `error`", RuntimeWarning, stacklevel=2)
+    return table
 
 
 def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -202,11 +218,19 @@ def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
-    """The table that the last sweep in a folder has written; those of a sweep that runs for the first time are the rows so far."""
+    """The table that the last sweep in a folder has written; those of a sweep that runs for the first time are the rows so far.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder holds no sweep.
+    """
     library = _pandas()
+    if not (Path(out) / "study.json").is_file():
+        raise FileNotFoundError(f"there is no sweep in {os.fspath(out)}: it has no study.json")
     table = Path(out) / "table.parquet"
     # As long as the first sweep runs, there are only rows.
-    return library.read_parquet(table) if table.exists() else _table(Path(out), library, None)
+    return _with_none(library.read_parquet(table), library) if table.exists() else _table(Path(out), library, None)
 
 
 def read_fields(out: str | os.PathLike[str], row: Row) -> Mapping[str, Any]:
@@ -244,8 +268,7 @@ def _jobs(
     points = grid(points) if isinstance(points, Mapping) else [dict(point) for point in points]
     if not points:
         raise ValueError("there are no points: a sweep has one or more")
-    seeds = study["seeds"]
-    seeds = list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]
+    seeds = _seeds(study["seeds"])
     if not seeds or min(seeds) < 0 or max(seeds) >= 2**32 or len(set(seeds)) < len(seeds):
         raise ValueError("seeds are one or more different numbers from 0 to 4294967295, or how many there are")
     # Pictures of maps stay arrays: files of this machine are not on others.
@@ -281,6 +304,16 @@ def _jobs(
     if len({job["key"] for job in jobs}) < len(jobs):
         raise ValueError("two points of the sweep are equal")
     return jobs
+
+
+def _seeds(seeds: Any) -> list[int]:
+    """A list of seeds, of one or of how many there are."""
+    try:
+        return list(range(operator.index(seeds)))
+    except TypeError:
+        if not isinstance(seeds, Iterable):
+            raise TypeError(f"seeds are whole numbers, or how many there are, not {seeds!r}") from None
+    return [int(seed) for seed in seeds]
 
 
 def _size(picture: str | Sequence[int]) -> list[int]:
@@ -546,7 +579,15 @@ def _table(folder: Path, library: Any, numbers: Mapping[str, int] | None) -> pan
     last = [column for column in (*LAST, "key") if column in table]
     middle = [column for column in table if column not in FIRST and column not in last]
     ordered: pandas.DataFrame = table[[*FIRST, *middle, *last]]
-    return ordered
+    return _with_none(ordered, library)
+
+
+def _with_none(table: pandas.DataFrame, library: Any) -> pandas.DataFrame:
+    """The table, in which the error of a run that went well is None, whatever pandas takes for a text that is missing."""
+    if "error" not in table:
+        return table
+    errors = [error if isinstance(error, str) else None for error in table["error"]]
+    return table.assign(error=library.Series(errors, index=table.index, dtype=object))
 
 
 class _Progress:

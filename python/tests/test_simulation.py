@@ -1,13 +1,16 @@
 """The package as people use it: simulations, arrays, errors."""
 
 import gc
+import multiprocessing
 import os
 import re
 import resource
 import signal
 import subprocess
+import sys
 import threading
 import time
+import warnings
 
 import myxo
 import numpy as np
@@ -140,6 +143,75 @@ def test_a_checkpoint_and_exports_continue_and_can_be_read(tmp_path):
         myxo.Simulation.resume(tmp_path / "none.state")
 
 
+def test_a_scene_of_arrays_goes_on_with_the_values_of_its_checkpoint(tmp_path, monkeypatch):
+    """Catches values of the first run that are lost, or asked for again, and pictures that count as others in another process."""
+    from myxo import _scene
+
+    mask = np.linspace(0.2, 1.0, 32)[:, None] * np.ones(32)
+    scene = myxo.Scene({"trail.decay": 0.9}).add("corner", tetrahedron())
+    masked = {"particles.start_mask": mask}
+    settings = {"atlas.size": 128, "particles.start": "mask", **masked}
+    with myxo.Simulation(scene, particles=700, seed=5, settings=settings) as sim:
+        sim["physarum.sensor_offset"] = 0.15
+        sim.step(3).save(tmp_path / "a.state")
+        wanted = sim.step(3).state_hash
+        assert 'mesh = "memory:corner"' in sim.scene
+    # As in another process.
+    _scene._pictures.cleanup()
+    monkeypatch.setattr(_scene, "_pictures", None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with myxo.Simulation.resume(tmp_path / "a.state", scene, settings=masked) as sim:
+            assert sim.steps == 3 and sim["seed"] == 5 and sim["particles.count"] == 700
+            assert sim["physarum.sensor_offset"] == pytest.approx(0.15)
+            assert sim.step(3).state_hash == wanted
+        with myxo.Simulation.resume(tmp_path / "a.state", scene, settings={**masked, "trail.decay": 0.8}) as sim:
+            assert sim["trail.decay"] == pytest.approx(0.8) and sim.step(3).state_hash != wanted
+    with pytest.raises(ValueError, match="the scene here has 2 objects, and it was written with 1"):
+        myxo.Simulation.resume(tmp_path / "a.state", myxo.Scene().add("a", tetrahedron()).add("b", tetrahedron()))
+    with pytest.raises(ValueError, match="other meshes or scales"):
+        vertices, faces = tetrahedron()
+        myxo.Simulation.resume(tmp_path / "a.state", myxo.Scene().add("corner", (vertices + vertices[1], faces)), settings=masked)
+    with pytest.raises(ValueError, match="mesh of `corner` was an array in Python: pass the scene to `Simulation.resume`"):
+        myxo.Simulation.resume(tmp_path / "a.state")
+
+
+def test_a_named_scene_that_differs_from_the_checkpoint_is_noted(tmp_path):
+    with myxo.Simulation("cube", settings=SMALL) as sim:
+        sim["trail.decay"] = 0.9
+        sim.save(tmp_path / "a.state")
+    with pytest.warns(RuntimeWarning, match="goes on from the checkpoint .*a.state: trail.decay = .*, which was 0.9"):
+        myxo.Simulation.resume(tmp_path / "a.state", "cube", settings=SMALL).close()
+
+
+def test_a_scene_of_arrays_leaves_python_as_files(tmp_path):
+    """Catches a scene file whose meshes are nowhere, and meshes that are others when they are read."""
+    vertices, faces = tetrahedron()
+    # With a face that is dropped.
+    faces = np.concatenate([[[1, 1, 2]], faces])
+    scene = myxo.Scene().add("left one", (vertices / 3.0, faces)).add("right", "builtin:icosphere", position=[3, 0, 0])
+    with myxo.Simulation(scene, seed=4, settings=SMALL) as sim:
+        files = sim.export(tmp_path / "x.toml")
+        assert files == [str(tmp_path / "x.toml"), str(tmp_path / "x_left_one.ply")]
+        mesh = sim.objects["left one"].mesh
+        wanted = sim.step(4).state_hash
+    with myxo.Simulation(tmp_path / "x.toml") as sim:
+        for found, known in zip(sim.objects["left one"].mesh, mesh):
+            assert (found == known).all()
+        assert sim.step(4).state_hash == wanted
+        assert sim["seed"] == 4 and "x_left_one.ply" in sim.scene
+
+
+def test_arrays_of_a_scene_may_change_afterwards():
+    vertices, faces = tetrahedron()
+    faces = faces.astype(np.int64)
+    scene = myxo.Scene().add("a", (vertices, faces))
+    vertices[:] = 7.0
+    faces[:] = 0
+    ((_, (kept, corners)),) = scene.meshes()
+    assert (kept == tetrahedron()[0]).all() and (corners == tetrahedron()[1]).all()
+
+
 def test_parameters_are_read_and_changed_while_it_runs():
     with myxo.Simulation("torus", settings=SMALL) as sim:
         sim["physarum.speed"] = 0.006
@@ -257,6 +329,18 @@ def test_bad_scenes_devices_and_pictures_are_refused(torus, tmp_path):
         myxo.Simulation("toros")
     with pytest.raises(ValueError, match="particles.count"):
         myxo.Simulation("torus", particles=-1)
+    for seed in (-1, 2**32):
+        with pytest.raises(ValueError, match=f"a seed is from 0 to 4294967295, not {seed}"):
+            myxo.Simulation("torus", seed=seed)
+    with pytest.raises(TypeError, match="a seed is a whole number, not 1.5"):
+        myxo.Simulation("torus", seed=1.5)
+    with pytest.raises(TypeError, match="a scene is a name, a path, a dictionary or a myxo.Scene, not of the type int"):
+        myxo.Simulation(3)
+    with pytest.raises(TypeError, match="a number of steps is a whole number, not '3'"):
+        torus.step("3")
+    for missing in ({"scene": "nope.obj"}, {"scene": "nope.toml"}, {"scene": "torus", "preset": "nope.toml"}):
+        with pytest.raises(FileNotFoundError, match="nope"):
+            myxo.Simulation(**missing)
     with pytest.raises(myxo.DeviceError):
         myxo.Simulation("torus", settings=SMALL, device="no such device")
     with pytest.raises(TypeError, match="list of dictionaries"):
@@ -318,6 +402,56 @@ def test_other_threads_go_on_and_ctrl_c_ends_steps():
     sim.step().validate()
     assert sim.steps == done + 1
     sim.close()
+
+
+def test_ctrl_c_ends_the_set_up(tmp_path, monkeypatch):
+    """Catches a constructor that goes on to its end, which is a layout of tens of seconds here."""
+    # Nothing is cached there.
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    begun = time.monotonic()
+    interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    with pytest.raises(KeyboardInterrupt):
+        sim = myxo.Simulation("builtin:icosphere?subdivisions=8", settings={"particles.count": 1000, "atlas.size": 2048})
+        # It was fast.
+        sim.close()
+        time.sleep(5)
+    assert time.monotonic() - begun < 30
+    interrupt.join()
+
+
+# What a forked process has of the one before it.
+INHERITED = []
+
+
+def begins_its_own():
+    myxo.Simulation("cube", settings=SMALL)
+
+
+def steps_what_it_has():
+    INHERITED[0].step()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no forks, or no safe ones")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_forked_process_says_what_to_do(torus):
+    """Catches a process that waits for threads that it has not, for ever."""
+    INHERITED[:] = [torus]
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        for work in (begins_its_own, steps_what_it_has):
+            with pytest.raises(RuntimeError, match=r"was forked .*: use multiprocessing.get_context\('spawn'\)"):
+                pool.apply_async(work).get(timeout=60)
+    INHERITED.clear()
+    torus.validate()
+
+
+def test_misspelled_attributes_are_refused(torus):
+    for thing, name in ((torus, "trial"), (torus, "speed"), (torus.objects, "pose"), (torus.objects[0], "poses")):
+        with pytest.raises(AttributeError, match=name):
+            setattr(thing, name, 0.01)
+    with pytest.raises(AttributeError):
+        torus.objects[0].name = "other"
+    assert torus.objects[0].name == "torus" and torus.objects["torus"].number == 0
 
 
 def test_notebooks_show_the_picture_and_help_is_complete(torus):

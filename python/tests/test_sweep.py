@@ -143,6 +143,11 @@ def test_what_is_done_is_not_run_again_and_more_points_join(whole):
     again = myxo.sweep(ANGLES, out=out, seeds=2, fields=("trail",), executor=no_workers, **STUDY)
     assert hashes(again) == hashes(table)
     assert before == {file: file.stat().st_mtime_ns for file in (out / "runs").iterdir()}
+    # However its numbers are written.
+    whole_numbers = {"physarum.sensor_angle": [15, 30], "trail.decay": ANGLES["trail.decay"]}
+    study = {**STUDY, "settings": {**SETTINGS, "particles.count": 500.0}}
+    again = myxo.sweep(whole_numbers, out=out, seeds=np.int64(2), fields=("trail",), executor=no_workers, **study)
+    assert hashes(again) == hashes(table)
     gone = sorted((out / "runs").iterdir())[2]
     gone.unlink()
     again = myxo.sweep(ANGLES, out=out, seeds=2, workers=1, fields=("trail",), **STUDY)
@@ -165,12 +170,14 @@ def test_failed_runs_are_rows_with_their_error(tmp_path):
     with concurrent.futures.ThreadPoolExecutor(1) as threads:
         table = myxo.sweep(ANGLES, beginning, out=tmp_path, executor=threads, **STUDY)
         bad = {"trail.decay": [0.9, 7.0]}
-        wrong = myxo.sweep(bad, out=tmp_path / "b", executor=threads, **STUDY)
+        with pytest.warns(RuntimeWarning, match="1 of 2 runs failed: see the column `error`"):
+            wrong = myxo.sweep(bad, out=tmp_path / "b", executor=threads, **STUDY)
     failed = table["error"].notna()
     assert failed.sum() == 2 and (table["error"][failed] == "RuntimeError: no such decay here").all()
     assert (table["step"][~failed] == 2).all() and table["twice"][~failed].tolist() == [1.8, 1.8]
     assert (myxo.read_fields(tmp_path, table[~failed].iloc[0])["mine"] == np.arange(3)).all()
     assert wrong["error"].notna().tolist() == [False, True] and "trail.decay" in wrong["error"][1]
+    assert wrong["error"][0] is None and myxo.read_sweep(tmp_path / "b")["error"][0] is None
 
 
 def test_a_process_that_dies_is_replaced(tmp_path, monkeypatch):
@@ -226,6 +233,10 @@ def test_another_study_and_wrong_points_are_refused(whole, tmp_path):
         myxo.sweep(ANGLES, out=tmp_path, **{**STUDY, "scene": scene})
     with pytest.raises(ValueError, match="no points"):
         myxo.sweep([], out=tmp_path, **STUDY)
+    with pytest.raises(TypeError, match="seeds are whole numbers, or how many there are, not 2.5"):
+        myxo.sweep(ANGLES, out=tmp_path, seeds=2.5, **STUDY)
+    with pytest.raises(FileNotFoundError, match="there is no sweep in .*nowhere"):
+        myxo.read_sweep(tmp_path / "nowhere")
     with pytest.raises(TypeError, match="a list is needed"):
         myxo.sweep({"trail.decay": 0.9}, out=tmp_path, **STUDY)
     with pytest.raises(ValueError, match="no way of sampling"):
@@ -262,6 +273,13 @@ def test_a_study_file_says_the_same(whole, tmp_path):
     with concurrent.futures.ThreadPoolExecutor(1) as threads:
         found = myxo.sweep(study, out=tmp_path / "out", executor=threads, progress=False)
     assert hashes(found) == hashes(table)
+    # What is given is not ignored.
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        other = myxo.sweep(study, out=tmp_path / "c", seeds=[1], steps=2, executor=threads, progress=False)
+    assert len(other) == 4 and (other["seed"] == 1).all() and (other["step"] == 2).all()
+    for name, value in (("scene", "torus"), ("preset", "lace"), ("settings", {})):
+        with pytest.raises(TypeError, match=f"`{name}` cannot be given with the study file .*study.toml"):
+            myxo.sweep(study, out=tmp_path / "b", **{name: value})
     study.write_text('scenes = "cube"\n[grid]\n')
     with pytest.raises(ValueError, match="study.toml:1: there is no key `scenes`"):
         myxo.sweep(study, out=tmp_path / "b")
@@ -567,6 +585,8 @@ def test_a_study_that_changes_is_another_one(tmp_path):
             myxo.sweep([{}], out=tmp_path / "b", seeds=seeds, **STUDY)
     with pytest.raises(ValueError, match="two points"):
         myxo.sweep({"trail.decay": [0.9, 0.9]}, out=tmp_path / "b", **STUDY)
+    with pytest.raises(ValueError, match="two points"):
+        myxo.sweep({"trail.decay": [1, 1.0]}, out=tmp_path / "b", **STUDY)
     with pytest.raises(KeyError, match="use `seeds`"):
         myxo.sweep({"seed": [1, 2]}, out=tmp_path / "b", **STUDY)
 

@@ -5,12 +5,13 @@
 //! | `.glb` | every object at its pose, with the trail as texture or vertex colours | [`glb`] |
 //! | `.ply` | one mesh in world coordinates, with normals, colours and the trail at its vertices | [`ply`] |
 //! | `.npz` | particles, texels, meshes and poses, as arrays for NumPy | [`npz`] |
-//! | `.toml` | a scene file that begins where the objects are now | [`Export::scene_file`] |
+//! | `.toml` | a scene file that begins where the objects are now, with meshes that were in memory beside it | [`Export::scene_file`] |
 //!
 //! **Invariant:** the same state of the same program and device gives the same bytes.
 
 pub mod corners;
 pub mod glb;
+mod meshes;
 mod network;
 pub mod npz;
 pub mod paint;
@@ -40,6 +41,7 @@ use crate::sim::checkpoint::Checkpoint;
 use crate::sim::field::trail_at;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
+use meshes::MeshFile;
 pub use network::{NetworkFile, NetworkFormat, network_columns};
 use paint::Paint;
 pub use watch::Watch;
@@ -156,13 +158,15 @@ impl<'a> Export<'a> {
     }
 
     /// The scene at this state as a scene file: every key, with objects at their present poses and times. Particles, trail and
-    /// areas that were painted are not in it; checkpoints keep those, and [`ExportFile::write`] puts areas beside it.
+    /// areas that were painted are not in it; checkpoints keep those, and [`ExportFile::write`] puts areas beside it, and meshes that are
+    /// in memory.
     #[must_use]
     pub fn scene_file(&self) -> String {
         self.scene_file_with(None)
     }
 
-    fn scene_file_with(&self, areas: Option<&AreaSettings>) -> String {
+    /// The same with areas and meshes, each by its object's number, that lie beside the file.
+    fn scene_file_with(&self, beside: Option<(&AreaSettings, &[(usize, String)])>) -> String {
         let mut scene = self.scene.clone();
         let mut objects = scene.settings.objects.iter();
         if objects.any(|object| !object.motion.is_still()) {
@@ -186,7 +190,10 @@ impl<'a> Export<'a> {
             "# {}, as it was at step {}. Particles and trail start again from this file; a checkpoint keeps them.\n\n{}",
             escaped(&self.scene.name),
             self.snapshot.step,
-            areas.map_or_else(|| scene.to_toml(), |areas| scene.to_toml_beside(areas))
+            match beside {
+                Some((areas, meshes)) => scene.to_toml_with_meshes(areas, meshes),
+                None => scene.to_toml(),
+            }
         )
     }
 
@@ -343,8 +350,8 @@ impl ExportFile {
     /// Writes the state and gives the file its name.
     ///
     /// # Errors
-    /// As [`Export::write`], and when a scene with painted areas is to have a name that is not Unicode; then there is no file, and one that
-    /// had the name before stays.
+    /// As [`Export::write`], and when a scene with painted areas or with meshes in memory is to have a name that is not Unicode; then there
+    /// is no file, and one that had the name before stays.
     pub fn write(self, export: &Export<'_>, colors: Colors) -> Result<Written> {
         self.write_watched(export, colors, &Watch::default())
     }
@@ -377,11 +384,17 @@ impl ExportFile {
             },
             None => AreaSettings::default(),
         };
+        let meshes = if is_scene {
+            meshes::beside(&path, &export.scene.settings)?
+        } else {
+            Vec::new()
+        };
         let hidden = || -> io::Result<WholeFile> {
             let file = Watched::new(self.file, watch);
             let mut out = BufWriter::with_capacity(1 << 20, file);
             if is_scene {
-                let text = export.scene_file_with(Some(&says));
+                let names: Vec<_> = meshes.iter().map(MeshFile::named).collect();
+                let text = export.scene_file_with(Some((&says, names.as_slice())));
                 out.write_all(text.as_bytes())?;
             } else {
                 export.write(self.format, colors, &mut out)?;
@@ -392,6 +405,10 @@ impl ExportFile {
         // The scene gets its name only after the files that it names exist.
         if is_scene && write_areas(&map, bias, atlas)?.is_some() {
             files.push(map);
+        }
+        for mesh in meshes {
+            mesh.write(&export.scene)?;
+            files.push(mesh.path);
         }
         file.finish().map_err(Error::io("write", &path))?;
         Ok(Written { files, frames: 1 })

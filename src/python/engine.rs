@@ -2,7 +2,10 @@
 //! Python go on meanwhile.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use glam::{DAffine3, DMat4, DVec3, UVec2};
@@ -44,6 +47,8 @@ use crate::{Error, Result};
 const FRAMES_IN_FLIGHT: usize = 2;
 /// While steps are submitted, Python is asked for signals this often.
 const ASKS_EVERY: Duration = Duration::from_millis(50);
+/// While a scene is set up, this often.
+const ASKS_AT_SET_UP_EVERY: Duration = Duration::from_millis(100);
 /// The widest picture, pixels.
 const WIDEST: u32 = 65_536;
 
@@ -67,6 +72,23 @@ struct Running {
 #[pyclass(module = "myxo._myxo", frozen)]
 pub struct Engine {
     running: Mutex<Option<Running>>,
+    /// What differs from the checkpoint from which it goes on.
+    notes: Vec<String>,
+}
+
+/// The process in which the library began its work; 0 before.
+static PROCESS: AtomicU32 = AtomicU32::new(0);
+
+/// Notes that this process works. A fork of such a process lacks the threads of the library and of the driver, and would wait for them for
+/// ever: it is refused.
+pub fn begin_here() -> PyResult<()> {
+    let own = std::process::id();
+    match PROCESS.compare_exchange(0, own, Ordering::Relaxed, Ordering::Relaxed) {
+        Err(first) if first != own => Err(PyRuntimeError::new_err(
+            "this process was forked from one in which myxo had begun its work: use multiprocessing.get_context('spawn')",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Is it open?
@@ -88,6 +110,7 @@ impl Engine {
         py: Python<'_>,
         work: impl FnOnce(&mut Running) -> Result<T> + Send,
     ) -> PyResult<T> {
+        begin_here()?;
         py.detach(|| {
             let mut running = self.lock();
             work(opened(&mut running)?).map_err(exception)
@@ -99,7 +122,8 @@ impl Engine {
 impl Engine {
     /// Puts a scene on a device.
     ///
-    /// `scene`: a name or a path; or `text`: a scene file's text, with the objects' meshes in `meshes` where they are in memory.
+    /// `scene`: a name or a path; or `text`: a scene file's text, with the objects' meshes in `meshes` where they are in memory. With
+    /// `resume`, the path of a checkpoint, a text gives meshes, maps and masks alone, and without both the checkpoint has the scene.
     #[new]
     #[pyo3(signature = (scene, text, meshes, folder, preset, settings, seed, device, resume))]
     #[expect(clippy::too_many_arguments, reason = "the class in Python names them")]
@@ -115,22 +139,34 @@ impl Engine {
         device: Option<String>,
         resume: Option<PathBuf>,
     ) -> PyResult<Self> {
+        begin_here()?;
         let set = assignments(settings)?;
-        let overrides = Overrides { preset, set, seed };
-        let load = match &resume {
-            Some(path) if scene.is_none() && text.is_none() => {
-                let path = path.clone();
-                Box::new(move || Checkpoint::read(&path)?.own_scene(&path, &overrides))
+        let begin: Begin = match resume {
+            Some(path) if scene.is_none() => {
+                let files = text
+                    .map(|text| files_of(text, meshes, folder))
+                    .transpose()?;
+                Box::new(move || resumed(&path, files, &set))
             }
-            _ => scene_from(scene, text, meshes, folder, overrides)?,
+            resume => {
+                let overrides = Overrides { preset, set, seed };
+                let load = scene_from(scene, text, meshes, folder, overrides)?;
+                Box::new(move || {
+                    let checkpoint = resume.as_deref().map(Checkpoint::read).transpose()?;
+                    Ok((load()?, checkpoint))
+                })
+            }
         };
-        let running = py.detach(|| {
-            let scene = load()?;
-            open(scene, device, resume.as_deref())
-        });
+        let (running, notes) = py.detach(|| set_up(begin, device))?;
         Ok(Self {
-            running: Mutex::new(Some(running.map_err(exception)?)),
+            running: Mutex::new(Some(running)),
+            notes,
         })
+    }
+
+    /// What differs from the checkpoint from which it goes on, such as `trail.decay = 0.9, which was 0.95`.
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     /// Takes `count` steps, and waits for them. After Ctrl-C, as many as were begun.
@@ -523,6 +559,7 @@ impl Engine {
 
     /// Frees the device. Nothing else can be done afterwards.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
+        begin_here()?;
         py.detach(|| {
             let Some(mut running) = self.lock().take() else {
                 return Ok(());
@@ -721,6 +758,38 @@ fn mesh_of(name: &str, (vertices, faces): &Arrays<'_>) -> PyResult<Mesh> {
 /// Loads a scene.
 pub type Load = Box<dyn FnOnce() -> Result<Scene> + Send>;
 
+/// Loads a scene, and the checkpoint from which it goes on, if there is one.
+type Begin = Box<dyn FnOnce() -> Result<(Scene, Option<Checkpoint>)> + Send>;
+
+/// The name of a scene that has none, in messages, too.
+const UNNAMED: &str = "scene";
+
+/// A scene from Python: a text, the meshes that are in memory, and where relative paths begin.
+struct Files {
+    text: String,
+    meshes: Vec<Option<Mesh>>,
+    folder: PathBuf,
+}
+
+/// Takes a text with meshes from Python.
+fn files_of(
+    text: &Bound<'_, PyDict>,
+    meshes: Vec<Option<(String, Arrays<'_>)>>,
+    folder: PathBuf,
+) -> PyResult<Files> {
+    let text = to_toml(text)?.to_string_as_file()?;
+    let mesh = |mesh: Option<(String, Arrays<'_>)>| {
+        mesh.map(|(name, arrays)| mesh_of(&name, &arrays))
+            .transpose()
+    };
+    let meshes: Vec<_> = meshes.into_iter().map(mesh).collect::<PyResult<_>>()?;
+    Ok(Files {
+        text,
+        meshes,
+        folder,
+    })
+}
+
 /// Takes a scene from Python, a name or a path, or a text with meshes; loading it needs Python no more.
 pub fn scene_from(
     scene: Option<PathBuf>,
@@ -733,14 +802,10 @@ pub fn scene_from(
         return Ok(Box::new(move || Ok(Scene::load(&scene, &overrides)?)));
     }
     let text = text.ok_or_else(|| PyValueError::new_err("there is no scene"))?;
-    let text = to_toml(text)?.to_string_as_file()?;
-    let mesh = |mesh: Option<(String, Arrays<'_>)>| {
-        mesh.map(|(name, arrays)| mesh_of(&name, &arrays))
-            .transpose()
-    };
-    let meshes: Vec<_> = meshes.into_iter().map(mesh).collect::<PyResult<_>>()?;
+    let files = files_of(text, meshes, folder)?;
     Ok(Box::new(move || {
-        scene_of(&text, &overrides, meshes, folder)
+        let settings = Scene::read_text(Path::new(UNNAMED), &files.text, &overrides)?;
+        scene_of(UNNAMED.to_owned(), settings, files.meshes, files.folder)
     }))
 }
 
@@ -753,15 +818,13 @@ pub fn open_device(device: Option<String>) -> Result<Arc<Context>> {
     })?)
 }
 
-/// A scene of a text, in which some meshes are in memory.
+/// A scene in which some meshes are in memory.
 fn scene_of(
-    text: &str,
-    overrides: &Overrides,
+    name: String,
+    settings: Settings,
     meshes: Vec<Option<Mesh>>,
     folder: PathBuf,
 ) -> Result<Scene> {
-    let name = "scene".to_owned();
-    let settings = Scene::read_text(Path::new(&name), text, overrides)?;
     if meshes.iter().all(Option::is_none) {
         return Ok(Scene::from_settings(name, settings, folder)?);
     }
@@ -782,31 +845,135 @@ fn scene_of(
     Ok(Scene::from_meshes(name, settings, all, folder)?)
 }
 
-/// Opens a device and puts a scene on it.
-fn open(scene: Scene, device: Option<String>, resume: Option<&Path>) -> Result<Running> {
+/// A checkpoint, and the scene with which it goes on: its own values, with those of `set` over them. Of `files` it takes meshes, maps and
+/// masks alone.
+fn resumed(
+    path: &Path,
+    files: Option<Files>,
+    set: &[String],
+) -> Result<(Scene, Option<Checkpoint>)> {
+    let mut checkpoint = Checkpoint::read(path)?;
+    let mut then = Scene::read_text(path, &checkpoint.scene, &Overrides::default())?;
+    let name = path.file_stem().unwrap_or(path.as_os_str());
+    let name = name.to_string_lossy().into_owned();
+    let (meshes, folder) = match files {
+        Some(files) => {
+            let unnamed = Path::new(UNNAMED);
+            let mut here = Scene::read_text(unnamed, &files.text, &Overrides::default())?;
+            Scene::make_paths_whole(&mut here, &files.folder);
+            take_files(&here, &mut then)?;
+            (files.meshes, files.folder)
+        }
+        // Its paths are absolute, except those with names that are not Unicode.
+        None => {
+            let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+            (Vec::new(), folder)
+        }
+    };
+    let settings = changed(&name, &then, set)?;
+    // In another process, the same picture in memory is a file of the same name elsewhere.
+    for (before, now) in [
+        (
+            &mut then.particles.start_mask,
+            &settings.particles.start_mask,
+        ),
+        (&mut then.areas.map, &settings.areas.map),
+        (&mut then.second_look.map, &settings.second_look.map),
+    ] {
+        if Path::new(&*before).file_name() == Path::new(now).file_name() {
+            before.clone_from(now);
+        }
+    }
+    checkpoint.scene = then.to_toml();
+    let scene = scene_of(name, settings, meshes, folder)?;
+    Ok((scene, Some(checkpoint)))
+}
+
+/// Takes the places of meshes, and of maps and masks where there are some, from the settings of a scene with as many objects.
+fn take_files(from: &Settings, settings: &mut Settings) -> Result<()> {
+    let [here, then] = [from.objects.len(), settings.objects.len()];
+    if here != then {
+        return Err(Error::Invalid(format!(
+            "cannot continue from this checkpoint: the scene here has {here} objects, and it was written with {then}"
+        )));
+    }
+    let take = |file: &String, own: &mut String| {
+        if !file.is_empty() {
+            own.clone_from(file);
+        }
+    };
+    for (object, own) in from.objects.iter().zip(&mut settings.objects) {
+        take(&object.mesh, &mut own.mesh);
+        take(&object.start.mask, &mut own.start.mask);
+    }
+    take(
+        &from.particles.start_mask,
+        &mut settings.particles.start_mask,
+    );
+    take(&from.areas.map, &mut settings.areas.map);
+    take(&from.second_look.map, &mut settings.second_look.map);
+    Ok(())
+}
+
+/// Loads a scene, opens a device and puts the scene on it, on another thread, and asks Python for signals meanwhile. After Ctrl-C the work
+/// ends where it can be cancelled next. The calling thread is detached from Python.
+fn set_up(begin: Begin, device: Option<String>) -> PyResult<(Running, Vec<String>)> {
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let (working, ended) = mpsc::channel::<()>();
+    let flag = Arc::clone(&cancelled);
+    let work = move || {
+        // It is dropped when the work ends, in whatever way.
+        let _working = working;
+        open(begin, device, &flag)
+    };
+    let named = thread::Builder::new().name("myxo set-up".to_owned());
+    let thread = named.spawn(work)?;
+    while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(ASKS_AT_SET_UP_EVERY) {
+        if let Err(signal) = Python::attach(|py| py.check_signals()) {
+            cancelled.store(true, Ordering::Relaxed);
+            // What was made until then is dropped.
+            drop(thread.join());
+            return Err(signal);
+        }
+    }
+    match thread.join() {
+        Ok(opened) => opened.map_err(exception),
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+/// Opens a device and puts a scene on it; what differs from its checkpoint.
+fn open(
+    begin: Begin,
+    device: Option<String>,
+    cancelled: &AtomicBool,
+) -> Result<(Running, Vec<String>)> {
+    let (scene, checkpoint) = begin()?;
     let ctx = open_device(device)?;
     memory::check(ctx.info(), &scene)?;
-    let checkpoint = resume.map(Checkpoint::read).transpose()?;
     let cache = default_cache_folder().map(|folder| folder.join("atlases"));
     let control = Control {
+        cancelled: Some(cancelled),
         cache: cache.as_deref(),
         ..Control::default()
     };
     let mut simulation = Simulation::with_control(&ctx, &scene, &control)?;
+    let mut notes = Vec::new();
     if let Some(checkpoint) = checkpoint {
-        (checkpoint.check(&scene, simulation.setup())).map_err(|problem| {
+        notes = (checkpoint.check(&scene, simulation.setup())).map_err(|problem| {
             Error::Invalid(format!("cannot continue from this checkpoint: {problem}"))
         })?;
         simulation.restore(&checkpoint.snapshot)?;
     }
-    Ok(Running {
+    let running = Running {
         frames: Frames::new(&ctx, FRAMES_IN_FLIGHT)?,
         ctx,
         scene,
         simulation,
         renderer: None,
         canvas: None,
-    })
+    };
+    Ok((running, notes))
 }
 
 /// Draws a picture; its bytes.

@@ -4,6 +4,7 @@ use pyo3::exceptions::{PyFileNotFoundError, PyKeyError, PyOSError, PyRuntimeErro
 use pyo3::prelude::*;
 
 use crate::Error;
+use crate::mesh::MeshError;
 use crate::render::output::OutputError;
 use crate::scene::SceneError;
 use crate::scene::parameters::PARAMETERS;
@@ -21,7 +22,14 @@ pub fn exception(error: Error) -> PyErr {
     let text = error.to_string();
     match error {
         Error::Io { source, .. } => of_system(&source, text),
-        Error::Scene(SceneError::Read { source, .. }) => of_system(&source, text),
+        Error::Scene(SceneError::Read { source, .. } | SceneError::ReadPreset { source, .. }) => {
+            of_system(&source, text)
+        }
+        Error::Scene(SceneError::Object {
+            source: MeshError::Read { source, .. },
+            ..
+        })
+        | Error::Mesh(MeshError::Read { source, .. }) => of_system(&source, text),
         Error::Gpu(_) => DeviceError::new_err(text),
         Error::Busy(_) => PyRuntimeError::new_err(text),
         Error::Output(OutputError::File { source, .. }) => of_system(&source, text),

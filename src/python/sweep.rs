@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
 
-use super::engine::{Arrays, Load, assignments, open_device, scene_from};
+use super::engine::{Arrays, Load, assignments, begin_here, open_device, scene_from};
 use super::errors::exception;
 use crate::gpu::DeviceKind;
 use crate::scene::Overrides;
@@ -32,6 +32,7 @@ pub fn run_key(text: &str) -> PyResult<String> {
 /// For each of some points, as JSON, a digest of each file that a value of it names, by the value's key: what its runs also depend on.
 #[pyfunction]
 pub fn contents(py: Python<'_>, points: &str) -> PyResult<String> {
+    begin_here()?;
     let points: Vec<Row> = from_json(points)?;
     let found = py.detach(|| {
         let mut contents = Contents::default();
@@ -63,6 +64,7 @@ pub struct SceneArguments<'py> {
 impl SceneArguments<'_> {
     /// Takes the scene from Python; loading it needs Python no more.
     fn into_load(self) -> PyResult<Load> {
+        begin_here()?;
         let overrides = Overrides {
             preset: self.preset,
             set: assignments(&self.settings)?,

@@ -76,6 +76,17 @@ pub enum SceneError {
         /// The problem of its mesh.
         source: MeshError,
     },
+    /// An object's mesh was in memory, and no file has it.
+    #[error(
+        "the mesh of `{}` was an array in Python: pass the scene to `Simulation.resume`, or set object.{number}.mesh to a file",
+        quoted(name)
+    )]
+    InMemory {
+        /// The name of the mesh.
+        name: String,
+        /// The object's number.
+        number: usize,
+    },
     /// The objects are too small or too large to define the unit of lengths.
     #[error(
         "the scene radius comes to {radius:e} world units, which lengths cannot be multiplied by: set `radius`, or scale the objects"

@@ -164,6 +164,12 @@ impl Scene {
         let mut meshes: Vec<Mesh> = Vec::with_capacity(settings.objects.len());
         let mut room = most_triangles(&settings);
         for (i, object) in settings.objects.iter().enumerate() {
+            if let Some(name) = in_memory(&object.mesh) {
+                return Err(SceneError::InMemory {
+                    name: name.to_owned(),
+                    number: i,
+                });
+            }
             let mesh = Mesh::open_within(&object.mesh, &folder, room);
             let mesh = mesh.map_err(|source| SceneError::Object {
                 object: if object.name.is_empty() {
@@ -287,13 +293,22 @@ impl Scene {
     /// As [`to_toml`](Self::to_toml), with other settings for the same objects.
     #[must_use]
     pub fn to_toml_as(&self, settings: &Settings) -> String {
-        self.to_toml_with(settings, None)
+        self.to_toml_with(settings, None, &[])
     }
 
     /// As [`to_toml`](Self::to_toml), with areas whose map lies beside the file.
     #[must_use]
     pub fn to_toml_beside(&self, areas: &AreaSettings) -> String {
-        self.to_toml_with(&self.settings, Some(areas))
+        self.to_toml_with(&self.settings, Some(areas), &[])
+    }
+
+    /// As [`to_toml_beside`](Self::to_toml_beside), with objects, by their numbers, whose meshes lie beside the file.
+    pub(crate) fn to_toml_with_meshes(
+        &self,
+        areas: &AreaSettings,
+        meshes: &[(usize, String)],
+    ) -> String {
+        self.to_toml_with(&self.settings, Some(areas), meshes)
     }
 
     /// Does a scene file in another folder find the models, masks and maps? Not if they lie in a folder whose name is not Unicode: then
@@ -311,7 +326,8 @@ impl Scene {
         let is_named_whole = |file: &String| {
             let mut whole = file.clone();
             starts::make_whole(&mut whole, &self.folder);
-            file.is_empty() || file.starts_with(BUILTIN) || Path::new(&whole).is_absolute()
+            let is_no_file = file.is_empty() || file.starts_with(BUILTIN);
+            is_no_file || in_memory(file).is_some() || Path::new(&whole).is_absolute()
         };
         files.all(is_named_whole)
     }
@@ -319,18 +335,26 @@ impl Scene {
     /// Makes the paths of meshes, masks and maps absolute; relative ones begin at `folder`.
     pub fn make_paths_whole(settings: &mut Settings, folder: &Path) {
         for object in &mut settings.objects {
-            if !object.mesh.starts_with(BUILTIN) {
+            if !object.mesh.starts_with(BUILTIN) && in_memory(&object.mesh).is_none() {
                 starts::make_whole(&mut object.mesh, folder);
             }
         }
         starts::from_everywhere(settings, folder);
     }
 
-    fn to_toml_with(&self, settings: &Settings, areas: Option<&AreaSettings>) -> String {
+    fn to_toml_with(
+        &self,
+        settings: &Settings,
+        areas: Option<&AreaSettings>,
+        meshes: &[(usize, String)],
+    ) -> String {
         let mut settings = settings.clone();
         Self::make_paths_whole(&mut settings, &self.folder);
         if let Some(areas) = areas {
             settings.areas.clone_from(areas);
+        }
+        for (object, file) in meshes {
+            settings.objects[*object].mesh.clone_from(file);
         }
         settings.to_toml()
     }
@@ -383,6 +407,14 @@ const FEW_TRIANGLES: u64 = 1 << 20;
 
 /// The prefix of built-in names.
 pub(crate) const BUILTIN: &str = "builtin:";
+
+/// The prefix of meshes that are in memory, before their names.
+const MEMORY: &str = "memory:";
+
+/// The name of a mesh that is in memory, or was when the scene was written; none of another.
+pub(crate) fn in_memory(mesh: &str) -> Option<&str> {
+    mesh.strip_prefix(MEMORY)
+}
 
 /// The kind of a SCENE argument.
 enum Source {

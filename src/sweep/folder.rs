@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::identity::with_plain_numbers;
 use super::row::Row;
 use super::table::Table;
 use crate::error::{Error, Result};
@@ -119,7 +120,7 @@ impl Folder {
                 file.shown()
             ))
         })?;
-        match difference(&before, fixed) {
+        match difference(&with_plain_numbers(&before), &with_plain_numbers(fixed)) {
             None => Ok(()),
             Some((key, old, now)) => Err(Error::Invalid(format!(
                 "{} holds another study: its {key} is {old}, and here it is {now}: choose another folder",

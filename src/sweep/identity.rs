@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Number, Value};
 use sha2::{Digest as _, Sha256};
 
 use super::row::Row;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, RigidTrack};
-use crate::scene::parameters::{Kind, OBJECT_PARAMETERS, find};
+use crate::scene::parameters::{Form, Kind, OBJECT_PARAMETERS, find, form_of};
 use crate::scene::{BUILTIN, Scene};
 
 /// A scene's name, and a digest of all that it has: its parameters but for the seed, its meshes, and the content of its masks and maps. It
@@ -120,6 +120,9 @@ fn is_path<T>(kind: &Kind<T>) -> bool {
     matches!(kind, Kind::Text { is_path: true, .. })
 }
 
+/// Below this, whole numbers are the same in double precision.
+const MOST_WHOLE: f64 = 9e15;
+
 /// How a glTF model names other files, of which it may consist.
 const NAMES_FILES: &[u8] = b"\"uri\"";
 
@@ -142,11 +145,49 @@ fn content(path: &str, is_mesh: bool) -> Option<String> {
     Some(hex(&digest.finalize()))
 }
 
-/// A name of 16 hexadecimal digits for a value; equal values have the same.
+/// A name of 16 hexadecimal digits for a value; equal values have the same. Parameters, in `point` and `settings`, may have their numbers
+/// [written in several ways](with_plain_numbers).
 #[must_use]
 pub fn key_of(value: &Value) -> String {
-    let digest = Sha256::digest(sorted(value).to_string().as_bytes());
+    let plain = sorted(&with_plain_numbers(value));
+    let digest = Sha256::digest(plain.to_string().as_bytes());
     hex(&digest[..8])
+}
+
+/// The same value, in which the numbers of parameters, in `point` and `settings`, are whole or not as their parameters are: 15 becomes 15.0
+/// where it is an angle, and 500.0 becomes 500 where it is a count.
+pub(super) fn with_plain_numbers(value: &Value) -> Value {
+    let mut plain = value.clone();
+    for part in ["point", "settings"] {
+        if let Some(Value::Object(parameters)) = plain.get_mut(part) {
+            for (key, value) in parameters {
+                if let Some(form) = form_of(key.trim()) {
+                    make_plain(form, value);
+                }
+            }
+        }
+    }
+    plain
+}
+
+fn make_plain(form: Form, value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(|item| make_plain(form, item)),
+        Value::Number(number) => {
+            let Some(size) = number.as_f64() else { return };
+            let plain = match form {
+                Form::Whole if size.fract() == 0.0 && size.abs() < MOST_WHOLE => {
+                    Some(Number::from(size as i64))
+                }
+                Form::Other => Number::from_f64(size),
+                _ => None,
+            };
+            if let Some(plain) = plain {
+                *number = plain;
+            }
+        }
+        _ => {}
+    }
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -188,6 +229,31 @@ mod tests {
                 of(&format!("[{number}]")),
                 key_of(&serde_json::json!([number]))
             );
+        }
+    }
+
+    /// Would catch: one run under two names because of the way in which its numbers are written, and another name than before for one whose
+    /// numbers are written as its parameters are.
+    #[test]
+    fn numbers_of_parameters_may_be_written_in_several_ways() {
+        let of = |text: &str| key_of(&serde_json::from_str(text).expect("it is JSON"));
+        let plain = r#"{"point":{"object.0.position":[0.0,1.0,0.5],"particles.count":500,"trail.decay":1.0},"steps":5}"#;
+        let as_before = hex(&Sha256::digest(plain.as_bytes())[..8]);
+        let other = r#"{"point":{"object.0.position":[0,1,0.5],"particles.count":5e2,"trail.decay":1},"steps":5}"#;
+        assert_eq!([of(plain), of(other)], [as_before.clone(), as_before]);
+        assert_eq!(
+            of(r#"{"settings":{"trail.decay":1}}"#),
+            of(r#"{"settings":{"trail.decay":1.0}}"#)
+        );
+        for (one, another) in [
+            (r#"{"steps":5}"#, r#"{"steps":5.0}"#),
+            (r#"{"point":{"none":5}}"#, r#"{"point":{"none":5.0}}"#),
+            (
+                r#"{"point":{"particles.count":5.5}}"#,
+                r#"{"point":{"particles.count":5}}"#,
+            ),
+        ] {
+            assert_ne!(of(one), of(another), "{one}");
         }
     }
 

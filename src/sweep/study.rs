@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::identity::{Contents, identity, key_of};
+use super::identity::{Contents, identity, key_of, with_plain_numbers};
 use super::job::Job;
 use super::picture::{LONGEST_SIDE, picture_size};
 use super::row::Row;
@@ -229,7 +229,7 @@ impl Text<'_> {
             study
                 .points
                 .iter()
-                .map(|point| json!(point).to_string())
+                .map(|point| with_plain_numbers(&json!({"point": point})).to_string())
                 .collect(),
         ) {
             return Err(self.error(&whole, "two points of the study are equal"));
