@@ -323,9 +323,10 @@ fn is_builtin(name: &str) -> bool {
     SCENES.iter().any(|scene| scene.name == name)
 }
 
-/// Checks that there is such a scene.
+/// Checks that there is such a built-in scene, if it is no path. Whether a file can be loaded is seen before anything runs.
 fn scene_name(name: &str) -> Result<String, String> {
-    if is_builtin(name) || Path::new(name).is_file() {
+    let is_path = name.contains(['.', '/', std::path::MAIN_SEPARATOR]) || Path::new(name).is_file();
+    if is_builtin(name) || is_path {
         return Ok(name.to_owned());
     }
     let names: Vec<_> = SCENES.iter().map(|scene| scene.name).collect();

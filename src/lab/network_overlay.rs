@@ -247,6 +247,7 @@ mod tests {
                 trail: 1.0,
                 points: row.iter().map(|(_, place)| *place).collect(),
                 objects: vec![0; POINTS],
+                half_widths: Vec::new(),
                 breaks: Vec::new(),
             }],
         };

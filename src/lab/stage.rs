@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{Affine3A, Vec2, Vec3};
-use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
+use myxo::gpu::{Context, DeviceKind, Format, GpuError, Image, Readback, Recorder};
 use myxo::render::exposure::Exposure;
 use myxo::render::mean::{self, Mean};
 use myxo::render::network_lines::Viewpoint;
@@ -677,8 +677,7 @@ impl Canvases {
             is_new = true;
             *canvas = None;
             if let Some(size) = size {
-                let new = Canvas::with_quality(ctx, size, format, quality)?;
-                *canvas = Some((quality, new));
+                *canvas = Some((quality, canvas_of(ctx, size, format, quality)?));
             }
         }
         Ok(is_new)
@@ -687,6 +686,21 @@ impl Canvases {
     fn canvases(&self) -> (&Canvas, Option<&Canvas>) {
         let (_, picture) = self.picture.as_ref().expect("it was drawn");
         (picture, self.beside.as_ref().map(|(_, canvas)| canvas))
+    }
+}
+
+/// A canvas of this quality, or a quick one where there is no memory for that: while the size of the window changes, earlier canvases are
+/// still in use.
+fn canvas_of(
+    ctx: &Arc<Context>,
+    size: [u32; 2],
+    format: Format,
+    quality: Quality,
+) -> Result<Canvas> {
+    let new = |quality| Canvas::with_quality(ctx, size, format, quality);
+    match new(quality) {
+        Err(GpuError::OutOfMemory { .. }) if quality != Quality::Quick => Ok(new(Quality::Quick)?),
+        made => Ok(made?),
     }
 }
 

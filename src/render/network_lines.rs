@@ -506,6 +506,7 @@ mod tests {
                     trail: 1.0,
                     points: points.clone(),
                     objects: vec![0; points.len()],
+                    half_widths: Vec::new(),
                     breaks: Vec::new(),
                 }],
             };
@@ -551,6 +552,7 @@ mod tests {
                 width: 0.1,
                 trail: 1.0,
                 objects: vec![0; points.len()],
+                half_widths: Vec::new(),
                 points,
                 breaks: Vec::new(),
             }],

@@ -12,7 +12,7 @@ use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
 use super::looks::weights_of;
 use super::sorting::Bins;
-use super::spread_length::check_lengths;
+use super::spread_length::{self, check_lengths};
 use super::start::{self, Lots, Masks, Starts};
 use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Population, Pose, Vertex};
@@ -114,6 +114,12 @@ impl Setup {
             fixed: Arc::clone(&self.fixed),
             food_set,
         }
+    }
+
+    /// Warnings where a diffusion length is set and the trail does not spread by it.
+    #[must_use]
+    pub fn diffusion_warnings(&self, settings: &Settings) -> Vec<String> {
+        spread_length::diffusion_warnings(&self.surface, &self.atlas, settings)
     }
 
     /// Lays out the atlas and starts the particles.

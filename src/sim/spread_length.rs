@@ -1,9 +1,8 @@
 //! How far the trail spreads in a step, as a length on the surface.
 
-use super::setup::Setup;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::{Atlas, AtlasMethod, GREATEST_DENSITY};
-use crate::mesh::surface::NONE;
+use crate::mesh::surface::{NONE, Surface};
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, TrailSettings};
 
@@ -67,53 +66,50 @@ fn check(prefix: &str, trail: &TrailSettings, radius: f32, atlas: &Atlas) -> Res
     )))
 }
 
-impl Setup {
-    /// Warnings where a diffusion length is set and the trail does not spread by it: on objects whose texels are far finer than the mean,
-    /// and in textures that do not keep angles.
-    #[must_use]
-    pub fn diffusion_warnings(&self, settings: &Settings) -> Vec<String> {
-        let objects = settings.objects.iter();
-        let by_length: Vec<bool> = objects
-            .map(|object| settings.trail_on(object).diffusion_length > 0.0)
-            .collect();
-        if !by_length.contains(&true) {
-            return Vec::new();
-        }
-        let atlas = &self.atlas;
-        let mut sums = vec![(0.0, 0.0); by_length.len()];
-        for (&owner, &area) in atlas.owner.iter().zip(&atlas.area) {
-            if owner != NONE {
-                let object = self.surface.triangles[owner as usize].object;
-                let (texels, whole) = &mut sums[object as usize];
-                *texels += 1.0;
-                *whole += f64::from(area);
-            }
-        }
-        let most = f64::from(GREATEST_DENSITY);
-        let objects = settings.objects.iter().zip(&by_length).zip(&sums);
-        let fine = objects.filter_map(|((object, is_by_length), (texels, whole))| {
-            let density = texels * atlas.mean_texel_area / whole;
-            (*is_by_length && density > most).then(|| {
-                format!(
-                    "object `{}`: its texels are {density:.1} times as fine as the mean of all, and its trail spreads only {:.0} % of the \
-                     diffusion length in a step: choose texel_weight so that they are no more than {most:.1} times as fine",
-                    object.name,
-                    100.0 * (most / density).sqrt()
-                )
-            })
-        });
-        let mut warnings: Vec<String> = fine.collect();
-        if atlas.method != AtlasMethod::Charts {
-            let [.., stretch] = atlas.statistics(&self.surface).stretch_percentiles;
-            if stretch > MOST_STRETCH {
-                warnings.push(format!(
-                    "some triangles are {stretch:.1} times as long in the texture for their width as they are, so that the trail spreads \
-                     by other lengths than the diffusion length, and not alike in every direction: atlas.method = \"charts\" keeps angles"
-                ));
-            }
-        }
-        warnings
+/// Warnings where a diffusion length is set and the trail does not spread by it: on objects whose texels are far finer than the mean,
+/// and in textures that do not keep angles.
+#[must_use]
+pub fn diffusion_warnings(surface: &Surface, atlas: &Atlas, settings: &Settings) -> Vec<String> {
+    let objects = settings.objects.iter();
+    let by_length: Vec<bool> = objects
+        .map(|object| settings.trail_on(object).diffusion_length > 0.0)
+        .collect();
+    if !by_length.contains(&true) {
+        return Vec::new();
     }
+    let mut sums = vec![(0.0, 0.0); by_length.len()];
+    for (&owner, &area) in atlas.owner.iter().zip(&atlas.area) {
+        if owner != NONE {
+            let object = surface.triangles[owner as usize].object;
+            let (texels, whole) = &mut sums[object as usize];
+            *texels += 1.0;
+            *whole += f64::from(area);
+        }
+    }
+    let most = f64::from(GREATEST_DENSITY);
+    let objects = settings.objects.iter().zip(&by_length).zip(&sums);
+    let fine = objects.filter_map(|((object, is_by_length), (texels, whole))| {
+        let density = texels * atlas.mean_texel_area / whole;
+        (*is_by_length && density > most).then(|| {
+            format!(
+                "object `{}`: its texels are {density:.1} times as fine as the mean of all, and its trail spreads only {:.0} % of the \
+                 diffusion length in a step: choose texel_weight so that they are no more than {most:.1} times as fine",
+                object.name,
+                100.0 * (most / density).sqrt()
+            )
+        })
+    });
+    let mut warnings: Vec<String> = fine.collect();
+    if atlas.method != AtlasMethod::Charts {
+        let [.., stretch] = atlas.statistics(surface).stretch_percentiles;
+        if stretch > MOST_STRETCH {
+            warnings.push(format!(
+                "some triangles are {stretch:.1} times as long in the texture for their width as they are, so that the trail spreads \
+                 by other lengths than the diffusion length, and not alike in every direction: atlas.method = \"charts\" keeps angles"
+            ));
+        }
+    }
+    warnings
 }
 
 #[cfg(test)]
@@ -121,6 +117,7 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::scene::settings::ObjectSettings;
+    use crate::sim::setup::Setup;
 
     fn warnings(meshes: &[&str], set: impl Fn(&mut Settings)) -> Vec<String> {
         let mut settings = Settings::default();

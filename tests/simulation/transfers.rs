@@ -164,6 +164,8 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
 fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
     let forms = agrees_with_its_twin(|settings| {
         settings.particles.count = 1500;
+        // Texels as fine as that leave room between the forms.
+        settings.atlas.size = 256;
         settings.physarum.sensor_noise = 0.05;
         settings.physarum.decrowding_weight = 0.3;
         settings.physarum.distance_weight = -2.0;

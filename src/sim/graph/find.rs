@@ -81,6 +81,7 @@ impl Graph {
                 _ => 0.0,
             });
             let length = way + beyond[0] + beyond[1];
+            let (objects, half_widths) = along(links, traced, edge);
             graph.edges.push(Edge {
                 from: numbers[edge.ends[0]],
                 to: numbers[edge.ends[1]],
@@ -93,7 +94,8 @@ impl Graph {
                     .iter()
                     .map(|&point| around.in_world(point).to_array())
                     .collect(),
-                objects: objects_along(links, traced, edge),
+                objects,
+                half_widths,
                 breaks: course.breaks(),
             });
         }
@@ -101,15 +103,16 @@ impl Graph {
     }
 }
 
-/// The object of each point of an edge's course, its nodes included.
-fn objects_along(links: &Links, traced: &Traced, edge: &trace::Edge) -> Vec<u32> {
+/// Of each point of an edge's course, its nodes included, the object, and how far it is from the border of the network.
+fn along(links: &Links, traced: &Traced, edge: &trace::Edge) -> (Vec<u32>, Vec<f64>) {
     let object = |texel: u32| links.objects[texel as usize];
     let [first, last] = edge.ends.map(|node| {
         let node = traced.nodes[node].as_ref();
-        node.map(|node| object(node.texels[0]))
+        node.map(|node| (object(node.texels[0]), node.half_width))
     });
-    let between = edge.texels.iter().map(|&texel| object(texel));
-    first.into_iter().chain(between).chain(last).collect()
+    let between = edge.texels.iter();
+    let between = between.map(|&texel| (object(texel), traced.depth(texel)));
+    first.into_iter().chain(between).chain(last).unzip()
 }
 
 /// Uncovers parts of few texels; were there any?

@@ -59,7 +59,7 @@ impl Graph {
             let inner = inner.filter(|&point| edge.objects[point] == food.object);
             inner.map(move |point| {
                 let away = food.away(&edge.points[point]);
-                (away, 0.5 * edge.width, (number, point))
+                (away, edge.half_widths[point], (number, point))
             })
         });
         let point = points.min_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,12 +86,14 @@ impl Graph {
             from: node,
             points: edge.points[point..].to_vec(),
             objects: edge.objects[point..].to_vec(),
+            half_widths: edge.half_widths[point..].to_vec(),
             breaks: Vec::new(),
             ..*edge
         };
         edge.to = node;
         edge.points.truncate(point + 1);
         edge.objects.truncate(point + 1);
+        edge.half_widths.truncate(point + 1);
         for place in std::mem::take(&mut edge.breaks) {
             match place > point {
                 true => second.breaks.push(place - point),

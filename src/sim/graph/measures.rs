@@ -264,6 +264,7 @@ mod tests {
             trail: 1.0,
             points: Vec::new(),
             objects: Vec::new(),
+            half_widths: Vec::new(),
             breaks: Vec::new(),
         };
         Graph {

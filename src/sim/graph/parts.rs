@@ -68,6 +68,9 @@ pub struct Edge {
     /// The object that each of them lies on.
     #[serde(skip)]
     pub objects: Vec<u32>,
+    /// How far each of them is from the border of the network, scene radii.
+    #[serde(skip)]
+    pub half_widths: Vec<f64>,
     /// Numbers of the points before which it goes over a glued edge, whose two sides lie apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub breaks: Vec<usize>,
@@ -134,6 +137,7 @@ mod tests {
             trail: 1.0,
             points,
             objects: vec![2, 2, 0, 0, 0, 0, 1],
+            half_widths: Vec::new(),
             breaks: vec![4],
         };
         let pieces = edge.pieces_by_object();

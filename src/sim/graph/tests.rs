@@ -739,6 +739,28 @@ fn ways_between_foods_end_at_them() {
     assert!(efficiency > 0.95, "{efficiency}");
 }
 
+/// Would alone catch: a food in a broad place of a line that counts as not reached, because the line is thin elsewhere; and one beside a
+/// thin place that counts as reached, because it is broad elsewhere.
+#[test]
+fn foods_are_reached_as_far_as_the_network_is_broad_beside_them() {
+    let canvas = Canvas::new(
+        &[("plane", Vec3::ZERO)],
+        &options(0, 1, AtlasMethod::Charts),
+    );
+    let around = canvas.around();
+    let disc = |place: Vec3| place.length() - 0.3 + HALF;
+    let line = |place: Vec3| place.z.abs().max(place.x.abs() - 0.8);
+    let mut graph = canvas.graph(|place| line(place).min(disc(place)));
+    let foods = [food_at(&canvas, 0.0, 0.25), food_at(&canvas, 0.6, 0.12)];
+    graph.mark_foods(&foods, &around, 0.01);
+    let reached: Vec<usize> = graph
+        .nodes
+        .iter()
+        .flat_map(|node| node.foods.clone())
+        .collect();
+    assert_eq!(reached, [0]);
+}
+
 /// Would alone catch: a food that counts as not reached because no line ends or branches on its object, one that becomes a node on another
 /// object, and one beside a line that is reached in its middle but not near its end.
 #[test]

@@ -83,6 +83,11 @@ pub struct Traced {
 }
 
 impl Traced {
+    /// How far a texel is from the border of the network, in scene radii.
+    pub fn depth(&self, texel: u32) -> f64 {
+        self.depths[texel as usize]
+    }
+
     /// The lines that thinning has left.
     pub fn of(links: &Links, depths: Vec<f64>, stays: &[bool]) -> Self {
         let beside = |i: u32| {
