@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import shutil
 import tempfile
 import threading
 from collections.abc import Mapping
@@ -109,8 +111,22 @@ class Scene:
         return f"<myxo.Scene of {len(self._objects)} objects>"
 
 
+class _Folder:
+    """A temporary folder that goes with the process that made it. A forked process that ends leaves it."""
+
+    def __init__(self) -> None:
+        self.name = tempfile.mkdtemp(prefix="myxo-")
+        self._owner = os.getpid()
+        atexit.register(self.cleanup)
+
+    def cleanup(self) -> None:
+        """Removes it."""
+        if os.getpid() == self._owner:
+            shutil.rmtree(self.name, ignore_errors=True)
+
+
 # Pictures of maps, as files, as long as the process runs.
-_pictures: tempfile.TemporaryDirectory[str] | None = None
+_pictures: _Folder | None = None
 _making_folder = threading.Lock()
 
 
@@ -152,7 +168,7 @@ def _picture(key: str, array: NDArray[Any]) -> str:
     pixels[:, :, : array.shape[2]] = array
     with _making_folder:
         if _pictures is None:
-            _pictures = tempfile.TemporaryDirectory(prefix="myxo-")
+            _pictures = _Folder()
         folder = _pictures.name
     content = encode_png(pixels)
     path = os.path.join(folder, f"{hashlib.sha256(content).hexdigest()[:16]}.png")

@@ -143,7 +143,7 @@ def test_a_checkpoint_and_exports_continue_and_can_be_read(tmp_path):
         myxo.Simulation.resume(tmp_path / "none.state")
 
 
-def test_a_scene_of_arrays_goes_on_with_the_values_of_its_checkpoint(tmp_path, monkeypatch):
+def test_a_scene_of_arrays_goes_on_with_the_values_of_its_checkpoint(tmp_path):
     """Catches values of the first run that are lost, or asked for again, and pictures that count as others in another process."""
     from myxo import _scene
 
@@ -158,7 +158,7 @@ def test_a_scene_of_arrays_goes_on_with_the_values_of_its_checkpoint(tmp_path, m
         assert 'mesh = "memory:corner"' in sim.scene
     # As in another process.
     _scene._pictures.cleanup()
-    monkeypatch.setattr(_scene, "_pictures", None)
+    _scene._pictures = None
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with myxo.Simulation.resume(tmp_path / "a.state", scene, settings=masked) as sim:
