@@ -408,6 +408,7 @@ impl Context {
     }
 
     /// The memory allocator, for the painter of the interface. What shares it must be gone before the context is.
+    #[cfg(feature = "app")]
     pub(crate) fn allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }

@@ -80,6 +80,7 @@ pub use clock::Calibration;
 pub use compiled::{Compiled, Statistic};
 pub use context::{Context, LockedQueue, Patience, devices};
 pub use debug::{DebugEntries, DebugEntry, DebugValue};
+#[cfg(feature = "app")]
 pub(crate) use draws::no_rendering;
 pub use draws::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
 pub use error::{GpuError, GpuResult};
