@@ -88,7 +88,7 @@ impl KeptFile {
             file.write_all(self.kind.magic)?;
             file.write_all(&crc32fast::hash(content).to_le_bytes())?;
             file.write_all(content)?;
-            file.finish()
+            file.finish_or_discard()
         });
         if let Err(error) = written {
             log::warn!(

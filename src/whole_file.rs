@@ -115,7 +115,7 @@ enum Place {
 pub fn write_whole(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(content.as_ref())?;
-    file.finish_or(io::Error::from)?;
+    file.finish_or_discard()?;
     Ok(())
 }
 
@@ -240,6 +240,14 @@ impl WholeFile {
     /// says. When the folder cannot be synced; then it has its name.
     pub fn finish(self) -> io::Result<File> {
         self.finish_or(kept)
+    }
+
+    /// As [`finish`](Self::finish), but a file that cannot get its name is removed: the caller has the content, or makes it again.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn finish_or_discard(self) -> io::Result<File> {
+        self.finish_or(io::Error::from)
     }
 
     /// As [`finish`](Self::finish); `refused` makes the error of a file that cannot get its name.

@@ -226,9 +226,9 @@ def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
         If the folder holds no sweep.
     """
     library = _pandas()
-    if not (Path(out) / "study.json").is_file():
-        raise FileNotFoundError(f"there is no sweep in {os.fspath(out)}: it has no study.json")
     table = Path(out) / "table.parquet"
+    if not (table.is_file() or (Path(out) / "study.json").is_file()):
+        raise FileNotFoundError(f"there is no sweep in {os.fspath(out)}: it has neither study.json nor table.parquet")
     # As long as the first sweep runs, there are only rows.
     return _with_none(library.read_parquet(table), library) if table.exists() else _table(Path(out), library, None)
 
@@ -313,7 +313,10 @@ def _seeds(seeds: Any) -> list[int]:
     except TypeError:
         if not isinstance(seeds, Iterable):
             raise TypeError(f"seeds are whole numbers, or how many there are, not {seeds!r}") from None
-    return [int(seed) for seed in seeds]
+    try:
+        return [operator.index(seed) for seed in seeds]
+    except TypeError:
+        raise TypeError(f"seeds are whole numbers, or how many there are, not {seeds!r}") from None
 
 
 def _size(picture: str | Sequence[int]) -> list[int]:
@@ -476,7 +479,7 @@ def _alone(job: dict[str, Any], threads: int | None) -> _runs.Result:
                 return pool.submit(_runs.do, job).result()
             except concurrent.futures.BrokenExecutor:
                 continue
-    return {"error": f"its process died {ATTEMPTS} times", "seconds": None}, None, None
+    return {"error": f"its process died {ATTEMPTS} times", "seconds": None, "commit": _myxo.commit()}, None, None
 
 
 def _from(
@@ -506,7 +509,7 @@ def _from(
                 except concurrent.futures.CancelledError:
                     raise
                 except Exception as error:
-                    result = {"error": f"{type(error).__name__}: {error}", "seconds": None}, None, None
+                    result = {"error": f"{type(error).__name__}: {error}", "seconds": None, "commit": _myxo.commit()}, None, None
                 yield pending.pop(future), result
     finally:
         # After an error the others are not begun any more.

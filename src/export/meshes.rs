@@ -1,7 +1,8 @@
 //! Meshes that are in memory, as PLY files beside a scene file: in double precision, and with faces and their corners in the order in which
 //! they came, so that whatever names a face of theirs, such as `glue` of an object, still names the same one.
 
-use std::io::{self, BufWriter, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Read as _, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -11,8 +12,11 @@ use crate::scene::settings::Settings;
 use crate::scene::{Scene, in_memory};
 use crate::whole_file::WholeFile;
 
-/// So many letters of an object's name stand in that of its file.
-const LETTERS: usize = 60;
+/// So many bytes of an object's name stand in that of its file, at the most.
+const LONGEST: usize = 60;
+
+/// Stands at the beginning of files that are written here.
+const SIGNED: &str = concat!("comment myxo ", env!("CARGO_PKG_VERSION"));
 
 /// A file for the mesh of an object.
 #[derive(Debug)]
@@ -41,13 +45,23 @@ pub(super) fn beside(scene_file: &Path, settings: &Settings) -> Result<Vec<MeshF
                 scene_file.shown()
             )));
         };
-        let letters = object.name.chars().take(LETTERS);
+        let letters = object.name.char_indices();
+        let letters = letters.take_while(|(at, c)| at + c.len_utf8() <= LONGEST);
         let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '.');
-        let word: String = letters.map(|c| if plain(c) { c } else { '_' }).collect();
+        let word: String = letters
+            .map(|(_, c)| if plain(c) { c } else { '_' })
+            .collect();
         let is_ours = |name: &String| {
-            let is_free = !scene_file.with_file_name(name).exists();
-            (is_free || before.contains(&format!("\"{name}\"")))
-                && files.iter().all(|file| file.name != *name)
+            let path = scene_file.with_file_name(name);
+            let is_earlier = || before.contains(&format!("\"{name}\"")) && is_signed(&path);
+            // Some file systems take letters for their capitals.
+            let is_same = |other: &str| other.to_lowercase() == name.to_lowercase();
+            let is_taken = files.iter().any(|file| is_same(&file.name))
+                || (settings.objects.iter()).any(|object| {
+                    let file = Path::new(&object.mesh).file_name();
+                    file.is_some_and(|file| is_same(&file.to_string_lossy()))
+                });
+            !is_taken && (!path.exists() || is_earlier())
         };
         let others = (2..).map(|number| format!("{stem}_{word}_{number}.ply"));
         let mut names = std::iter::once(format!("{stem}_{word}.ply")).chain(others);
@@ -59,6 +73,13 @@ pub(super) fn beside(scene_file: &Path, settings: &Settings) -> Result<Vec<MeshF
         });
     }
     Ok(files)
+}
+
+/// Was this file written here?
+fn is_signed(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(256).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains("\ncomment myxo ")
 }
 
 impl MeshFile {
@@ -91,13 +112,12 @@ fn write(mesh: &Mesh, out: &mut impl Write) -> io::Result<()> {
         out,
         "ply\n\
          format binary_little_endian 1.0\n\
-         comment myxo {version}\n\
+         {SIGNED}\n\
          element vertex {vertices}\n\
          property double x\nproperty double y\nproperty double z\n\
          element face {faces}\n\
          property list uchar int vertex_indices\n\
          end_header\n",
-        version = env!("CARGO_PKG_VERSION"),
         vertices = mesh.positions.len(),
     )?;
     for position in &mesh.positions {
@@ -153,7 +173,8 @@ mod tests {
         }
     }
 
-    /// Would catch: two meshes in one file, and one that takes the place of another scene's file.
+    /// Would catch: two meshes in one file, and one that takes the place of another scene's file, of a model that was not written here, or
+    /// of another object's.
     #[test]
     fn each_mesh_has_a_file_of_its_own() {
         let folder = tempfile::tempdir().unwrap();
@@ -183,6 +204,12 @@ mod tests {
         std::fs::write(folder.path().join("a_bump.ply"), "ply").unwrap();
         assert_eq!(names()[2].1, "a_bump_2.ply");
         std::fs::write(&scene_file, "mesh = \"a_bump.ply\"").unwrap();
+        assert_eq!(names()[2].1, "a_bump_2.ply");
+        let ours = File::create(folder.path().join("a_bump.ply")).unwrap();
+        write(&mesh(DVec3::ZERO), &mut BufWriter::new(ours)).unwrap();
         assert_eq!(names()[2].1, "a_bump.ply");
+        settings.objects[2].mesh = "A_Bump.ply".to_owned();
+        let files = beside(&scene_file, &settings).unwrap();
+        assert_eq!(files[2].name, "a_bump_2.ply");
     }
 }

@@ -54,6 +54,12 @@ impl Context {
         nanoseconds(epoch, ticks, self.tick_mask(), period)
     }
 
+    /// As [`device_ns`](Self::device_ns) of `ticks`, a little after `start`. In between the clock may begin anew, or come halfway round.
+    pub(super) fn ns_after(&self, start: u64, ticks: u64) -> f64 {
+        let period = f64::from(self.info().timestamp_period);
+        self.device_ns(start) + nanoseconds(start, ticks, self.tick_mask(), period)
+    }
+
     /// Reads both clocks; `None` without VK_EXT_calibrated_timestamps or timestamps.
     ///
     /// # Errors
@@ -108,5 +114,8 @@ mod tests {
         let mask = (1 << 36) - 1;
         assert_eq!(nanoseconds(mask - 4, 5, mask, 0.5), 5.0);
         assert_eq!(nanoseconds(5, mask - 4, mask, 0.5), -5.0);
+        // Halfway round, what is later is taken for earlier: readings near each other are compared with each other.
+        let half = mask / 2;
+        assert_eq!(nanoseconds(half, half + 9, mask, 1.0), 9.0);
     }
 }

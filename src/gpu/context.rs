@@ -281,7 +281,16 @@ impl Context {
     /// Waits for a fence, for as long as the context allows.
     pub(crate) fn wait_for(&self, fence: vk::Fence, what: &str) -> GpuResult<()> {
         let timeout = self.timeout();
-        let waited = self.wait_at_most(timeout, fence);
+        self.has_come(self.wait_at_most(timeout, fence), timeout, what)
+    }
+
+    /// The outcome of a wait of so long.
+    fn has_come(
+        &self,
+        waited: Result<(), vk::Result>,
+        timeout: Duration,
+        what: &str,
+    ) -> GpuResult<()> {
         match self.heard(self.is_there().and(waited)) {
             Err(vk::Result::TIMEOUT) => {
                 self.has_timed_out.store(true, Ordering::Relaxed);
@@ -301,8 +310,8 @@ impl Context {
         unsafe { self.device.raw.wait_for_fences(&[fence], true, nanoseconds) }
     }
 
-    /// A fence after all that was submitted to the queue so far. The deletion queue frees it.
-    fn fence_after_all(&self, queue: &LockedQueue<'_>) -> Result<vk::Fence, vk::Result> {
+    /// Waits so long for all that was submitted to the queue so far.
+    fn wait_for_all(&self, queue: &LockedQueue<'_>, timeout: Duration) -> Result<(), vk::Result> {
         let device = &self.device.raw;
         // SAFETY: the device is alive.
         let fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }?;
@@ -312,15 +321,23 @@ impl Context {
             unsafe { device.destroy_fence(fence, None) };
             return Err(error);
         }
-        let ticket = self.deletion_queue.begin();
-        self.deletion_queue.submitted(ticket);
-        self.deletion_queue.watch(ticket, fence);
-        self.deletion_queue.add(Deletion::Frame {
-            pool: vk::CommandPool::null(),
-            queries: vk::QueryPool::null(),
-            fence,
-        });
-        Ok(fence)
+        let waited = self.wait_at_most(timeout, fence);
+        match waited {
+            // SAFETY: it was waited for, and no other code has it.
+            Ok(()) => unsafe { device.destroy_fence(fence, None) },
+            // The device may still use it.
+            Err(_) => {
+                let ticket = self.deletion_queue.begin();
+                self.deletion_queue.submitted(ticket);
+                self.deletion_queue.watch(ticket, fence);
+                self.deletion_queue.add(Deletion::Frame {
+                    pool: vk::CommandPool::null(),
+                    queries: vk::QueryPool::null(),
+                    fence,
+                });
+            }
+        }
+        waited
     }
 
     /// Waits until the device has nothing to do, before something is freed at once that it may use. False if it still works, long after
@@ -328,9 +345,7 @@ impl Context {
     pub(crate) fn finishes(&self) -> bool {
         let queue = self.queue();
         if self.has_timed_out.load(Ordering::Relaxed) {
-            let fence = self.fence_after_all(&queue);
-            let waited = fence.and_then(|fence| self.wait_at_most(LAST_WAIT, fence));
-            if waited == Err(vk::Result::TIMEOUT) {
+            if self.wait_for_all(&queue, LAST_WAIT) == Err(vk::Result::TIMEOUT) {
                 log::error!(
                     "{} still works after {} s more: its memory is not freed",
                     self.info.name,
@@ -362,9 +377,9 @@ impl Context {
     /// The device was lost, or did not finish in time.
     pub fn wait_idle(&self) -> GpuResult<()> {
         let queue = self.queue();
-        let fence = self.heard(self.fence_after_all(&queue));
-        let fence = fence.check("vkQueueSubmit", &self.info.name)?;
-        self.wait_for(fence, "what was submitted before")?;
+        let timeout = self.timeout();
+        let waited = self.wait_for_all(&queue, timeout);
+        self.has_come(waited, timeout, "what was submitted before")?;
         // Little is left to wait for: a window's pictures are in no fence.
         // SAFETY: the queue is locked, so no other thread submits meanwhile.
         let waited = unsafe { self.device.raw.device_wait_idle() };

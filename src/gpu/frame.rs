@@ -357,7 +357,7 @@ impl Pending {
         let mut spans = Vec::with_capacity(self.spans.len());
         for (i, span) in self.spans.into_iter().enumerate() {
             let Some(first) = span.queries else { continue };
-            let at = |query: u32| ctx.device_ns(ticks[query as usize]);
+            let at = |query: u32| ctx.ns_after(ticks[0], ticks[query as usize]);
             new_index[i] = Some(spans.len());
             spans.push(Span {
                 name: span.name,

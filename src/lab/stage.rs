@@ -649,6 +649,8 @@ impl Stage {
 struct Canvases {
     picture: Option<(Quality, Canvas)>,
     beside: Option<(Quality, Canvas)>,
+    /// When smooth ones are tried again for which there was no memory.
+    again: Option<Instant>,
 }
 
 impl Canvases {
@@ -658,7 +660,11 @@ impl Canvases {
             (canvas.as_ref()).map(|(quality, canvas)| (*quality, canvas.size()))
         };
         let wanted = [Some(size), beside].map(|size| size.map(|size| (quality, size)));
-        [has(&self.picture), has(&self.beside)] == wanted
+        [has(&self.picture), has(&self.beside)] == wanted && !self.is_due()
+    }
+
+    fn is_due(&self) -> bool {
+        self.again.is_some_and(|again| again <= Instant::now())
     }
 
     /// Makes the canvases again that do not fit. Returns true if it made one.
@@ -668,16 +674,24 @@ impl Canvases {
         quality: Quality,
         (size, beside): Sizes,
     ) -> Result<bool> {
+        let is_due = self.is_due();
+        if is_due {
+            self.again = None;
+        }
         let mut is_new = false;
         for (canvas, size) in [(&mut self.picture, Some(size)), (&mut self.beside, beside)] {
             let has = canvas.as_ref().map(|(has, canvas)| (*has, canvas.size()));
-            if has == size.map(|size| (quality, size)) {
+            if has == size.map(|size| (quality, size)) && !is_due {
                 continue;
             }
             is_new = true;
             *canvas = None;
             if let Some(size) = size {
-                *canvas = Some((quality, canvas_of(ctx, size, format, quality)?));
+                let (made, is_whole) = canvas_of(ctx, size, format, quality)?;
+                *canvas = Some((quality, made));
+                if !is_whole {
+                    self.again = Some(Instant::now() + AGAIN_AFTER);
+                }
             }
         }
         Ok(is_new)
@@ -689,18 +703,23 @@ impl Canvases {
     }
 }
 
-/// A canvas of this quality, or a quick one where there is no memory for that: while the size of the window changes, earlier canvases are
-/// still in use.
+/// After so long canvases are made again for which there was no memory. Earlier ones are free then.
+const AGAIN_AFTER: Duration = Duration::from_secs(1);
+
+/// A canvas of this quality and true, or a quick one and false where there is no memory for that: while the size of the window changes,
+/// earlier canvases are still in use.
 fn canvas_of(
     ctx: &Arc<Context>,
     size: [u32; 2],
     format: Format,
     quality: Quality,
-) -> Result<Canvas> {
+) -> Result<(Canvas, bool)> {
     let new = |quality| Canvas::with_quality(ctx, size, format, quality);
     match new(quality) {
-        Err(GpuError::OutOfMemory { .. }) if quality != Quality::Quick => Ok(new(Quality::Quick)?),
-        made => Ok(made?),
+        Err(GpuError::OutOfMemory { .. }) if quality != Quality::Quick => {
+            Ok((new(Quality::Quick)?, false))
+        }
+        made => Ok((made?, true)),
     }
 }
 

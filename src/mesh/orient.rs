@@ -157,37 +157,35 @@ fn inside_out_components(
     for (triangle, &component) in component_of.iter().enumerate() {
         triangles_of[component as usize].push(triangle);
     }
-    // Per component the closed ones that are round it.
-    let shells_of: Vec<Vec<usize>> = components
-        .par_iter()
-        .map(|component| {
-            let is_round = |&other: &usize| {
-                let shell = &components[other];
-                shell.could_contain(component)
-                    && winding_number(positions, corners, &triangles_of[other], component.origin)
-                        .abs()
-                        > 0.5
-            };
-            match component.is_closed() {
-                true => (0..component_count).filter(is_round).collect(),
-                false => Vec::new(),
-            }
-        })
+    // All others stay: what faces outwards in the file, and has only such shells.
+    let inwards: Vec<&Component> = (components.iter())
+        .filter(|component| component.is_inside_out())
         .collect();
+    let may_turn = |&index: &usize| {
+        let component = &components[index];
+        let is_in = |shell: &&Component| shell.could_contain(component);
+        component.is_closed() && (component.is_inside_out() || inwards.iter().any(is_in))
+    };
+    let mut order: Vec<usize> = (0..component_count).filter(may_turn).collect();
     // From the outermost in, so that what is round a component has been seen.
-    let depth = |component: usize| shells_of[component].len();
-    let mut order: Vec<usize> = (0..component_count).collect();
-    order.sort_by_key(|&component| depth(component));
-    for component in order {
-        if components[component].is_closed() {
-            let nearest = shells_of[component]
-                .iter()
-                .max_by_key(|&&shell| depth(shell));
-            let came_inwards = |of: usize| components[of].is_inside_out();
-            let shell = nearest.map(|&shell| (came_inwards(shell), turned[shell]));
-            let came = came_inwards(component);
-            turned[component] = is_outwards(came, shell) == came;
-        }
+    let size = |index: usize| components[index].volume.abs();
+    order.sort_by(|&a, &b| size(b).total_cmp(&size(a)));
+    let shell_next_round = |&index: &usize| {
+        let component = &components[index];
+        let is_round = |&other: &usize| {
+            let triangles = &triangles_of[other];
+            components[other].could_contain(component)
+                && winding_number(positions, corners, triangles, component.origin).abs() > 0.5
+        };
+        let shells = (0..component_count).filter(is_round);
+        shells.min_by(|&a, &b| size(a).total_cmp(&size(b)))
+    };
+    let shells: Vec<Option<usize>> = order.par_iter().map(shell_next_round).collect();
+    let came_inwards = |index: usize| components[index].is_inside_out();
+    for (&index, shell) in order.iter().zip(shells) {
+        let shell = shell.map(|shell| (came_inwards(shell), turned[shell]));
+        let came = came_inwards(index);
+        turned[index] = is_outwards(came, shell) == came;
     }
     turned
 }

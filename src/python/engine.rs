@@ -91,6 +91,24 @@ pub fn begin_here() -> PyResult<()> {
     }
 }
 
+/// Is this process a fork of one in which the library had begun its work?
+fn is_forked() -> bool {
+    ![0, std::process::id()].contains(&PROCESS.load(Ordering::Relaxed))
+}
+
+/// Leaves to the process from which this one was forked what that one has on its device: it cannot be freed here.
+fn leave(running: Option<Running>) {
+    std::mem::forget(running);
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        if is_forked() {
+            leave(self.lock().take());
+        }
+    }
+}
+
 /// Is it open?
 fn opened(running: &mut Option<Running>) -> PyResult<&mut Running> {
     running.as_mut().ok_or_else(|| {
@@ -559,7 +577,10 @@ impl Engine {
 
     /// Frees the device. Nothing else can be done afterwards.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        begin_here()?;
+        if is_forked() {
+            leave(self.lock().take());
+            return Ok(());
+        }
         py.detach(|| {
             let Some(mut running) = self.lock().take() else {
                 return Ok(());

@@ -13,7 +13,7 @@ use crate::troubles::{goes_on, hear};
 use crate::{Lab, SMALL, can_open, said};
 
 /// The device is lost after so many drawn pictures: more than are drawn before the window is paused.
-const PICTURES: &str = "--lose-device=60";
+const PICTURES: &str = "--lose-device=100";
 
 /// Waits until the device is lost, checks the notice, and runs the restarted scene.
 #[track_caller]

@@ -221,7 +221,7 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
         return;
     }
     let folder = Folder::new();
-    let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 512\n[[object]]\nmesh = \"builtin:icosphere?subdivisions=5\"\n";
+    let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 512\n[[object]]\nmesh = \"builtin:icosphere?subdivisions=6\"\n";
     let file = folder.with("ball.toml", ball);
     let mut program = program();
     // A cached layout loads at once.

@@ -52,7 +52,8 @@ impl Graph {
         let nodes = self.nodes.iter().enumerate();
         let nodes = nodes.filter(|(_, node)| node.object == food.object);
         let nodes = nodes.map(|(i, node)| (food.away(&node.place), 0.5 * node.width, i));
-        let node = nodes.min_by(|a, b| a.0.total_cmp(&b.0));
+        let reaching = nodes.filter(|(away, half, _)| *away <= food.reach + half);
+        let reaching = reaching.min_by(|a, b| a.0.total_cmp(&b.0));
         let points = self.edges.iter().enumerate().flat_map(|(number, edge)| {
             // The ends of an edge are its nodes.
             let inner = 1..edge.points.len().saturating_sub(1);
@@ -62,20 +63,25 @@ impl Graph {
                 (away, edge.half_widths[point], (number, point))
             })
         });
+        // The nearest one that reaches it: a thin line may be nearer than a broad one, and not reach it.
+        let points = points.filter(|(away, half, _)| *away <= food.reach + half);
         let point = points.min_by(|a, b| a.0.total_cmp(&b.0));
-        let node_reaches = node.is_some_and(|(away, half, _)| away <= food.reach + half);
-        let point_reaches = point.is_some_and(|(away, half, _)| away <= food.reach + half);
-        match (node, point) {
-            // A node within the width of the line is taken, so that no edge is shorter than that.
-            (Some((away, half, node)), Some(point)) if away <= point.0 + half => {
-                (node_reaches || point_reaches).then_some(node)
-            }
-            (_, Some((_, _, (edge, point)))) if point_reaches => {
-                Some(self.split(edge, point, food.object))
-            }
-            (Some((_, _, node)), _) => node_reaches.then_some(node),
-            _ => None,
+        let Some((beside, _, (edge, point))) = point else {
+            return reaching.map(|(.., node)| node);
+        };
+        // A node within the width of the line is taken, so that no edge is shorter than that.
+        if let Some((away, half, node)) = reaching
+            && away <= beside + half
+        {
+            return Some(node);
         }
+        let place = DVec3::from_array(self.edges[edge].points[point]);
+        let is_there = |node: &Node| {
+            node.object == food.object
+                && DVec3::from_array(node.place).distance(place) <= 0.5 * node.width
+        };
+        let there = self.nodes.iter().position(is_there);
+        Some(there.unwrap_or_else(|| self.split(edge, point, food.object)))
     }
 
     /// Makes a node of an inner point of an edge.

@@ -750,7 +750,9 @@ fn foods_are_reached_as_far_as_the_network_is_broad_beside_them() {
     let around = canvas.around();
     let disc = |place: Vec3| place.length() - 0.3 + HALF;
     let line = |place: Vec3| place.z.abs().max(place.x.abs() - 0.8);
-    let mut graph = canvas.graph(|place| line(place).min(disc(place)));
+    // A thin line passes the first food nearer than the middle of the disc.
+    let thin = |place: Vec3| (place.z - 0.4).abs().max(place.x.abs() - 0.3) + 0.5 * HALF;
+    let mut graph = canvas.graph(|place| line(place).min(disc(place)).min(thin(place)));
     let foods = [food_at(&canvas, 0.0, 0.25), food_at(&canvas, 0.6, 0.12)];
     graph.mark_foods(&foods, &around, 0.01);
     let reached: Vec<usize> = graph
