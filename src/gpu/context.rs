@@ -344,15 +344,15 @@ impl Context {
     /// a wait has timed out: then that must stay, and so must the context.
     pub(crate) fn finishes(&self) -> bool {
         let queue = self.queue();
-        if self.has_timed_out.load(Ordering::Relaxed) {
-            if self.wait_for_all(&queue, LAST_WAIT) == Err(vk::Result::TIMEOUT) {
-                log::error!(
-                    "{} still works after {} s more: its memory is not freed",
-                    self.info.name,
-                    LAST_WAIT.as_secs()
-                );
-                return false;
-            }
+        if self.has_timed_out.load(Ordering::Relaxed)
+            && self.wait_for_all(&queue, LAST_WAIT) == Err(vk::Result::TIMEOUT)
+        {
+            log::error!(
+                "{} still works after {} s more: its memory is not freed",
+                self.info.name,
+                LAST_WAIT.as_secs()
+            );
+            return false;
         }
         // An error means that the device is lost, and then it uses nothing either.
         // SAFETY: the queue is locked, so no other thread submits meanwhile.
