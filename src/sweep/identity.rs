@@ -146,7 +146,7 @@ fn content(path: &str, is_mesh: bool) -> Option<String> {
 }
 
 /// A name of 16 hexadecimal digits for a value; equal values have the same. Parameters, in `point` and `settings`, may have their numbers
-/// [written in several ways](with_plain_numbers).
+/// written in several ways.
 #[must_use]
 pub fn key_of(value: &Value) -> String {
     let plain = sorted(&with_plain_numbers(value));
